@@ -1,4 +1,4 @@
-// pages/posts.glsl — shade/posts.glsl for a map of which only some pages are on the GPU (pages/pages.glsl).
+// pages/posts.glsl — shade/posts.glsl for a map of which only some pages are on the GPU (pages/terrain.glsl).
 //   Each page has the summed-area table of its own posts.
 //   A post on the border of two pages belongs to the second one; the last pages have one row or column more.
 //   So the parts of a box in all pages add up to the box, exactly: words wrap.

@@ -1,4 +1,4 @@
-// shade/ambient.frag — style "ambient": white ground in the light of the sky and of the land around, without the sun.
+// shade/ambient.frag — style "ambient": white ground, lit by the sky and by the land around it, without the sun.
 
 #include "shade/samples.glsl"
 #include "light/lit.glsl"

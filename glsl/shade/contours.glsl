@@ -1,5 +1,5 @@
 // shade/contours.glsl — contour lines over the land, from the mean height of a pixel's footprint; no geometry.
-//   level  = height / interval                        lines stand at whole numbers, index lines at every fifth
+//   level  = height / interval                        lines are at whole numbers, index lines at every fifth
 //   rise   = levels that one pixel spans              length of the slope along the pixel's sides u and v
 //   cover  = width/2 + 1/2 − |level − round| / rise   the share of the pixel that the line covers (box filter)
 //   Lines fade where they are only a few pixels apart; index lines fade where lines are five times closer.
@@ -17,7 +17,7 @@
 #define DENSE 0.16   // lines fade from this number of levels in a pixel on,
 #define DENSEST 0.3  // and end here
 
-// In metres: the interval; what is added to heights, modulo an index interval; the least height with lines.
+// In metres: the interval; an offset of heights, modulo the interval of index lines; the least height with lines.
 uniform vec3 u_contours;
 
 float contour_cover(float level, float rise, float width_px) {

@@ -42,7 +42,7 @@ Material added(Material a, Material b, float weight) {
     return Material(a.albedo + weight * b.albedo, a.roughness + weight * b.roughness);
 }
 
-// The picture's colour times the share of the footprint that the picture covers; and that share.
+// xyz: the picture's colour times the share of the footprint that the picture covers; w: that share.
 vec4 picture_of(vec2 post, vec2 extent) {
     vec2 texels = extent * vec2(textureSize(u_albedo, 0)) / vec2(u_last_post + 1);
     return textureLod(u_albedo, (post + 0.5) / vec2(u_last_post + 1), log2(max(max(texels.x, texels.y), 1.0)));
@@ -56,9 +56,9 @@ float hashed(ivec2 at) {
 }
 
 // Value noise with mean 0, averaged over a footprint.
-// The best estimate of the mean over a box of w × h grains is the value
-// in its centre times 1 / (1 + w²/7.4) / (1 + h²/7.4) (least squares).
-// The Gaussian used here is the same for small boxes, and falls to 0 sooner.
+// The best estimate (least squares) of the mean over a box of w × h grains is the value at its centre
+// times 1 / (1 + w²/7.4) / (1 + h²/7.4).
+// The Gaussian used here is nearly equal for small boxes, and falls to 0 sooner.
 float noise(vec2 post, float grain, vec2 extent) {
     vec2 wide = extent / grain;
     float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // reaches 0
@@ -78,7 +78,7 @@ float patchiness(vec2 post, vec2 extent) {
 
 // Layers of rock at the same heights everywhere.
 // Layers that are thin compared with the footprint fade early,
-// because on cliffs the height of its centre is not accurate.
+// because the height of a footprint's centre is not accurate on cliffs.
 float strata(float up_m, float footprint_m) {
     float sum = 0.0;
     for (float thick_m = 145.0; thick_m > 2.0; thick_m /= 2.7)
@@ -120,7 +120,7 @@ uniform float u_exaggeration;
 
 #define AROUND_POSTS 6  // half side of the box that hollow_of() compares a post with, in posts
 
-// The depth of the nearest post below the mean of the box around it: 1 for slopes of 45 degrees on all sides.
+// How deep the nearest post lies below the mean of the box around it: 1 if slopes of 45 degrees rise on all sides.
 float hollow_of(vec2 post) {
     ivec2 at = ivec2(round(post));
     float mean_m = box_mean_m(max(at - AROUND_POSTS, 0), min(at + AROUND_POSTS, u_last_post) + 1);

@@ -2,7 +2,7 @@
 
 #include "shade/detail.glsl"
 
-// Error against the surfaces between the two ways to triangulate a cell: 0 if the drawn height lies between them.
+// Distance of the drawn height from the range between the two triangulations of a cell: 0 inside this range.
 float error_m(vec2 post, float drawn_m) {
     ivec2 at = min(ivec2(post), u_last_post - 1);
     vec2 t = post - vec2(at);
@@ -21,7 +21,7 @@ float error_px(vec3 drawn_m, float d) {
 }
 
 void main() {
-    // Else the place belongs to the neighbour's fragment.
+    // A place outside the triangle belongs to the fragment of a neighbour.
     bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;
     vec2 post = place_in_patch(g_post, patch_of(g_of_patch));
     float drop = drop_between_m(g_from_eye_m.xy, fract(post));

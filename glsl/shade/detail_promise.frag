@@ -8,7 +8,7 @@
 float patch_bound_px(Patch p) {
     if (p.bound_px >= 0.0) return p.bound_px;
     int level = int(p.step_log2), side = p.high.x - p.low.x;
-    if (level < 0) return 0.0;  // a cell drawn as a fan: its posts have no error
+    if (level < 0) return 0.0;  // a map cell drawn as a fan has no error at its posts
     bool of_tree = p.step_log2 == float(level) && side == p.high.y - p.low.y && (side & (side - 1)) == 0 &&
                    (p.low & (side - 1)) == ivec2(0) && side >= 1 << level;
     if (!of_tree) return -1.0;

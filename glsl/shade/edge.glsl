@@ -11,7 +11,7 @@
 #include "blocks/view.glsl"
 
 #ifndef EDGE
-#define EDGE 0  // 1 where the plain is drawn, 2 where the wall is, too: from an eye above the map no ray meets it
+#define EDGE 0  // 1: the plain is drawn; 2: the wall, too. From an eye above the map, no ray meets the wall
 #endif
 
 uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
@@ -38,8 +38,8 @@ float rim_m_at(vec2 place) {
         mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x), t.y);
 }
 
-// The same for the map's rectangle: where a ray from outside enters it;
-// negative if it does not, or meets the plain before.
+// The view depth at which a ray from outside enters the map's rectangle;
+// negative if it does not, or if it meets the plain first.
 float entry_depth(vec3 ray) {
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
     if (all(lessThan(low, vec2(0.0))) && all(greaterThan(high, vec2(0.0)))) return -1.0;
@@ -56,7 +56,7 @@ bool enters_below(float h_m, vec3 ray, float entry) {
 
 vec2 entry_place(vec3 ray, float entry) { return rim_place(entry * ray.xy, post_from_eye_m(ivec2(0, u_last_post.y))); }
 
-// The same for the wall below the rim, and the place where the ray meets it.
+// The view depth at which a ray meets the wall below the rim, and the place where it does; negative if it does not.
 float wall_depth(vec3 ray, out vec2 place) {
     place = vec2(0.0);
     if (EDGE < 2) return -1.0;
@@ -74,7 +74,7 @@ vec3 wall_normal(vec2 place) {
         : vec3(0.0, place.y < 0.5 * last.y ? 1.0 : -1.0, 0.0);
 }
 
-// A number for what a ray meets that meets no land: 0 for nothing, 1 for the plain, others for the four walls.
+// For a ray that meets no land: 0 if it meets nothing, 1 for the plain, other numbers for the four walls.
 int surroundings_at(vec3 ray) {
     vec2 place;
     if (EDGE == 2 && wall_depth(ray, place) > 0.0) return 4 + int(dot(wall_normal(place), vec3(1.0, 2.0, 0.0)));

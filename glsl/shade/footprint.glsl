@@ -4,9 +4,9 @@
 //   The box around its ellipse has the half sides √(u² + v²)/2, in columns and rows.
 //   The plane is that of a wider neighbourhood, so the footprint depends on the map and the camera,
 //   and not on the mesh. A diagonal footprint is cut along its length e into pieces, whose boxes have less area.
-//   The places that samples see are on small bumps, and jump when the eye moves.
-//   So they are moved along their rays to the mean ground. For the centre, that is the plane of the whole footprint;
-//   for each sample, the plane of its part of the footprint.
+//   Samples see small bumps, so the places that they see jump when the eye moves.
+//   To avoid this, places are moved along their rays to the mean ground. For the centre, this is the plane of the
+//   whole footprint; for each sample, it is the plane of its part of the footprint.
 //   The parts follow the curvature of the ground, and cover equal parts of the picture.
 // Provides Ground, footprint_at(), farness(), farness_from(), is_near(), ground_under(), add_part().
 
@@ -31,12 +31,12 @@ struct Ground {
     float distance_m;
 };
 
-#define GRAZING 0.1    // below this cosine footprints do not grow any more
+#define GRAZING 0.1    // below this cosine, footprints do not grow further
 #define MOST_PIECES 4
 
 // From this width in posts on, a footprint is shaded by means over the map: of sunlight, and of the ground's lobes.
 #ifndef LOBES_FROM
-#define LOBES_FROM 1.2  // measured in docs/light.md; smaller footprints may be NEAR, shaded as one place
+#define LOBES_FROM 1.2  // measured in docs/light.md; pixels with smaller footprints may be NEAR, shaded as one place
 #endif
 #define SUN_FROM 3.0
 

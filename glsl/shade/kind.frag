@@ -1,4 +1,4 @@
-// shade/kind.frag — the kind of each pixel, written as depth. With a depth test, a program then runs for one kind only.
+// shade/kind.frag — the kind of each pixel, written as depth. A depth test then lets a program run for one kind only.
 //   Pixels of kind MIXED are listed.
 
 #include "shade/seen.glsl"

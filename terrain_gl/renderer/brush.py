@@ -85,7 +85,7 @@ def dab(heightmap: Heightmap, brush: Brush, x_m: float, y_m: float) -> Edit | No
 
 
 def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
-    """New heights after dabs at several places, one on top of the other: see `dab`."""
+    """New heights after dabs at several places. Each dab works on the result of the one before: see `dab`."""
     reach = brush.radius_m / np.array(heightmap.spacing_m)
     touched = [each for x_m, y_m in middles_m if (each := _touched(heightmap, reach, x_m, y_m))]
     if not touched:
@@ -121,7 +121,7 @@ def _touched(heightmap: Heightmap, reach: np.ndarray, x_m: float, y_m: float) ->
 
 
 def _press(ground: Edit, heightmap: Heightmap, brush: Brush, half: tuple[int, int], touched: _Touched) -> None:
-    """Apply a brush to the ground, in place; `half` are the half sides of the box to smooth over."""
+    """Apply a brush to the ground, in place; `half` has the half sides of the box whose mean smooths."""
     rows, cols, at = touched
     spacing = heightmap.spacing_m
     east = (np.arange(cols.start, cols.stop) - at[0]) * spacing[0]
@@ -151,13 +151,13 @@ def places(start: tuple[float, float], end: tuple[float, float], step_m: float) 
 
 
 def _fade(distance: np.ndarray, falloff: float) -> np.ndarray:
-    """Weight at a distance from the middle, in radii: 1 in the middle, 0 at the rim, a smooth step in between."""
+    """Weight at a distance from the middle, given in radii: 1 in the middle, 0 at the rim, a smooth step between."""
     t = np.clip((1.0 - distance) / max(falloff, 1e-9), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
 def _level_m(brush: Brush, middle_m: float, old: np.ndarray) -> float:
-    """Height to flatten to: by default that of the post in the middle, or the mean if that post is void."""
+    """Height to flatten to: by default the height of the post in the middle, or the mean if that post is void."""
     if brush.level_m is not None:
         return brush.level_m
     known = old[np.isfinite(old)]
@@ -165,7 +165,7 @@ def _level_m(brush: Brush, middle_m: float, old: np.ndarray) -> float:
 
 
 def _around(reach: np.ndarray) -> tuple[int, int]:
-    """Half sides of the box to smooth over, in columns and rows: an eighth of the radius."""
+    """Half sides of the box whose mean smooths, in columns and rows: an eighth of the radius."""
     half = np.maximum(1, np.rint(reach / 8)).astype(int)
     return int(half[0]), int(half[1])
 
@@ -225,7 +225,7 @@ class Sculptor:
     surface
         The object whose map is edited.
     most_bytes
-        Memory for strokes. The oldest are forgotten first; the last one is always kept.
+        Memory for strokes. The oldest strokes are forgotten first; the last one is always kept.
     """
 
     surface: Editable
@@ -246,7 +246,7 @@ class Sculptor:
 
     @property
     def land(self) -> object:
-        """An object that identifies the heights: the same object when undo or redo restores them; None at first."""
+        """An object that identifies the heights; None at first. Undo and redo bring back the object with the heights."""
         return next((stroke[-1] for stroke in reversed(self._done) if stroke), self._oldest)
 
     @property
@@ -305,7 +305,7 @@ class Sculptor:
         return True
 
     def _remember(self, change: _Change) -> None:
-        """Add to the stroke; a change that overlaps the last one is merged with it if that saves memory."""
+        """Add a change to the stroke. If it overlaps the last change, both are merged if that saves memory."""
         stroke = self._done[-1]
         if stroke and (joined := self._joined(stroke[-1], change)):
             stroke[-1] = joined

@@ -1,4 +1,4 @@
-"""Overlays on the land: lines follow it between its posts, points are rings."""
+"""Overlays drawn on the land. Lines follow the ground, also between posts; points are drawn as rings."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ class OverlayLines:
     Attributes
     ----------
     drawn
-        For each overlay, the samples that it has drawn since `begin`.
+        For each overlay, the number of samples that it has drawn since `begin`.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         self._lines: Lines | None = None
-        self._of: tuple[tuple[Overlay, ...], int] = (), 0  # overlays and edits that `_draped` was made for
+        self._of: tuple[tuple[Overlay, ...], int] = (), 0  # the overlays and number of edits that `_draped` shows
         self._draped: list[list[Line]] = []
         self.drawn: list[int] = []
 
     def begin(self, overlays: tuple[Overlay, ...]) -> None:
-        """Count anew what is drawn."""
+        """Begin to count drawn samples from 0."""
         self.drawn = [0] * len(overlays)
 
     def draw(self, overlays: tuple[Overlay, ...], picture: Picture, eye: Camera, piece: Piece) -> None:
-        """Draw over a piece. In a picture higher than 720 rows lines are wider, so that they look the same."""
+        """Draw over a piece. In pictures of more than 720 rows, lines are wider, so that they look the same."""
         terrain = picture.terrain
         if self._of[0] is not overlays or self._of[1] != terrain.edits:
             self._of = (overlays, terrain.edits)

@@ -36,7 +36,7 @@ class Editor:
     resources
         The map on the GPU.
     forget
-        Called when the last frame no longer shows the map.
+        Function that is called when the last frame no longer shows the present map.
     """
 
     def __init__(self, resources: GpuResources, forget: Callable[[], None]) -> None:
@@ -86,7 +86,7 @@ class Editor:
 
     @in_session
     def write(self, x: int, y: int, heights: np.ndarray, settle: bool = True) -> None:
-        """Give the posts from column x and row y on new heights: `edit`, but NaN leaves a post of a store as it is."""
+        """As `edit`, for the posts from column x and row y on. In a store, NaN leaves a post as it is."""
         self._forget()
         resources = self.resources
         with resources.timer.stage("edit"):
@@ -127,7 +127,7 @@ class Editor:
         Raises
         ------
         TerrainError
-            A tile cannot be read, or there is no OpenGL for the thread. Bounds stay wide, and hold.
+            A tile cannot be read, or there is no OpenGL for the thread. Bounds stay wide, but they still hold.
         """
         if self.resources.streaming:
             self._forget()
@@ -164,7 +164,7 @@ class Editor:
         TerrainError
             The map was edited since the last step. The map is as the edit left it.
         """
-        if not self.resources.streaming:  # an edit of a store makes headroom by itself
+        if not self.resources.streaming:  # a store needs no headroom in advance
             yield from self._take_steps(self.resources.terrain.with_headroom(up_m, down_m))
 
     @steps_in_session
@@ -174,7 +174,7 @@ class Editor:
         Parameters
         ----------
         quantised_m
-            Lowest and highest height that the range must hold: what `Heightmap.quantised_m` was before.
+            Lowest and highest height that the range must hold: an earlier value of `Heightmap.quantised_m`.
 
         Raises
         ------
@@ -203,7 +203,7 @@ class Editor:
             moved = terrain.base_m != mine.base_m
             mine.take(terrain)
             self.resources.tables.take(tables)
-        finally:  # after `take` these hold the old tables; after a failure, the unfinished ones
+        finally:  # after `take`, these objects hold the old tables; after a failure, the unfinished ones
             terrain.release()
             if tables:
                 tables.release_tables()
@@ -221,7 +221,7 @@ class Editor:
         picture.settle(everything, moved=moved)
 
     def _check_unedited(self, edits: int) -> None:
-        if self.resources.terrain.edits != edits:  # a part of the new tables would hold the old heights
+        if self.resources.terrain.edits != edits:  # else parts of the new tables would have the old heights
             raise TerrainError("the map was edited while headroom was made for edits: begin again")
 
 

@@ -26,7 +26,7 @@ class Frame:
     Attributes
     ----------
     image
-        (height, width, 4) uint8 sRGB, first row on top; float32 if it was asked for as `exact`.
+        (height, width, 4) uint8 sRGB, first row on top; float32 with the option `exact`.
     stats
         Triangles, patches, certified error, times in milliseconds, GPU bytes: see docs/stats.md.
     """
@@ -56,9 +56,9 @@ class DrawnFrame:
     has_picture
         Whether the renderer's picture shows this mesh.
     stats
-        As `Frame.stats`.
+        The same keys as `Frame.stats`.
     loaded
-        For a store, which of its tiles are loaded and missing (`streaming.choose_complete`). Empty for other maps.
+        For a store, what `Streaming.select` reports of its tiles, loaded and missing. Empty for other maps.
     """
 
     camera: Camera
@@ -77,7 +77,7 @@ class DrawnFrame:
         return captured_triangles(self.selection)
 
     def summary(self) -> dict[str, Any]:
-        """What was requested and what was chosen, by the keys of docs/stats.md."""
+        """The request and the chosen mesh, with the keys of docs/stats.md."""
         selection = self.selection
         options = self.options
         return {

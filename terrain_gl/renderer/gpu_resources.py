@@ -35,7 +35,7 @@ class GpuResources:
     terrain, tables, view, selectors, picture
         Made by `build_steps`, in this order.
     streaming
-        Loads what views need of a map in pages; None for other maps.
+        Loads the pages of a store that views need; None for other maps.
     """
 
     terrain: Terrain

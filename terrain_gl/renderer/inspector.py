@@ -52,15 +52,15 @@ class Inspector:
 
     @in_session
     def measure(self) -> dict[str, Any]:
-        """The last frame's stats with its achieved error: its mesh is compared with the surface in the picture.
+        """The last frame's stats with its achieved error: its mesh is compared with the true surface.
 
-        Adds `max_error_px` and `rms_error_px` over 4 × 4 places a cell, `max_error_posts_px` over posts alone,
-        `posts_measured`, `land_measured`, the share of the land in the picture that is drawn and so measured, and
-        `holes`: the pixels and places where the sky shows through.
+        Adds `max_error_px` and `rms_error_px` over 4 × 4 places in each cell; `max_error_posts_px` over posts alone;
+        `posts_measured`; `land_measured`, the share of the land in the picture that is drawn and so can be measured;
+        and `holes`, the number of pixels and places where the sky shows through.
         """
         frame = self._drawn()
         achieved = drain(self.measure_steps())
-        moved_px = max(frame.selection.certified_px or 0.0, achieved.max_px)  # the bound may be of another metric
+        moved_px = max(frame.selection.certified_px or 0.0, achieved.max_px)  # the bound may be for another metric
         coverage = self.resources.picture.coverage()
         through = count_holes(coverage, self.heightmap, frame.camera, frame.size, frame.near_m, moved_px)
         frame.stats["max_error_px"] = achieved.max_px
@@ -75,7 +75,7 @@ class Inspector:
     def measure_steps(self, tile: int = TILE) -> Steps[Achieved]:
         """Measure the last frame in tiles of at most `tile` posts a side; yields progress from 0 to 1.
 
-        Also works for a mesh without a picture. Does not count holes. Draw nothing else in between.
+        It also works for a mesh without a picture. It does not count holes. Draw nothing else between the steps.
         """
         frame = self._chosen()
         view = frame.camera, frame.size, frame.near_m
@@ -83,9 +83,9 @@ class Inspector:
 
     @in_session
     def error_map(self) -> np.ndarray:
-        """(height, width) pixels: the largest screen error of what each pixel of the last frame shows; NaN for the sky.
+        """The largest screen error of the land that each pixel of the last frame shows: (height, width) pixels.
 
-        These are the errors that `measure` reports, interpolated between the measured places.
+        NaN for the sky. These are the errors that `measure` reports, interpolated between the measured places.
         """
         frame = self._drawn()
         places = self.resources.picture.places()
@@ -101,7 +101,7 @@ class Inspector:
         options = frame.options
         self._explainer = self._explainer or self.session.keep(PatchExplainer(self.session.ctx))
         tolerance_px = options.tolerance_px if options.triangles is None else math.inf
-        view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the eye may be elsewhere
+        view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the picture may have another eye
         try:
             return self._explainer.explain(frame.selection, self._post(x, y), tolerance_px, options.metric)
         finally:
@@ -109,7 +109,7 @@ class Inspector:
 
     @in_session
     def error_counts(self, lookup: Lookup, tiles: Rect) -> np.ndarray:
-        """The table of error counts that a look-up of `explain` reads: at the corners of a rectangle of tiles."""
+        """Entries of the table of error counts that a look-up of `explain` reads, for a rectangle of tiles."""
         return self.resources.tables.read_counts(lookup.level, lookup.error_class, tiles)
 
     @in_session
@@ -166,7 +166,7 @@ class Inspector:
         triangles
             (n, 3, 2) columns and rows, counter-clockwise from above; whole numbers, except in cells that are cut.
         stats
-            `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`; of a store, also its
+            `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`; for a store, also its
             missing tiles: docs/stats.md.
 
         Raises
@@ -184,7 +184,7 @@ class Inspector:
         return triangles, counts | bound | loaded
 
     def _everywhere(self, max_error_m: float) -> tuple[Selection, dict[str, Any]]:
-        """The mesh of the whole map: by the quadtree, or for a store by the clipmap, which waits for its tiles."""
+        """The mesh of the whole map, from the quadtree. For a store, from the clipmap, which waits for its tiles."""
         if not self.resources.streaming:
             return self.resources.quadtree.select_everywhere(max_error_m), {}
         rings = self.resources.selectors["sat"]

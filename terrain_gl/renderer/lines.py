@@ -1,4 +1,4 @@
-"""Lines over the land: a frustum, the outline of a patch, the ring of a brush. Land in front makes them faint."""
+"""Lines over the land: a frustum, the outline of a patch, the ring of a brush. Behind land they are faint."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/vie
 FEW = 8192  # pieces that the first buffer has room for
 Color = tuple[int, int, int, int]
 Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
-# of colour, and of opacity: what lies below stays opaque
+# blending of colour, then of opacity: the picture below stays opaque
 _OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
 
 
@@ -32,7 +32,7 @@ class Lines:
         self._reserve(FEW)
 
     def _reserve(self, count: int) -> None:
-        """Make room for pieces."""
+        """Make room for `count` pieces of lines."""
         self._room = count
         self._pieces = self.ctx.buffer(reserve=count * PIECE.itemsize, dynamic=True)
         content = [(self._pieces, "3f4 3f4 4f1 /i", "in_a_m", "in_b_m", "in_color")]
@@ -66,7 +66,7 @@ class Lines:
         target.use()
         target.viewport = (0, 0, *size)
         self.ctx.enable_only(moderngl.BLEND)
-        self.ctx.blend_func = _OVER  # type: ignore[assignment]  # four are taken, too
+        self.ctx.blend_func = _OVER  # type: ignore[assignment]  # its type lacks the form with four factors
         self._vao.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
         self.ctx.enable_only(moderngl.NOTHING)
 
@@ -97,7 +97,7 @@ def frustum(camera: Camera, size: tuple[int, int], far_m: float) -> list[np.ndar
 
 
 def ring(heightmap: Heightmap, x_m: float, y_m: float, radius_m: float, points: int = 96) -> np.ndarray:
-    """A circle on the land."""
+    """A circle on the land, as a polyline."""
     turn = np.linspace(0, 2 * np.pi, points)
     return on_land(heightmap, np.stack([x_m + radius_m * np.cos(turn), y_m + radius_m * np.sin(turn)], -1))
 
@@ -121,7 +121,7 @@ def on_land(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
 
 
 def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
-    """(n, 2) places of a leg, from its start on, without its end."""
+    """Places along a leg, (n, 2), from its start on, without its end."""
     cells = np.stack([start, end]) / spacing_m
     shares = [np.zeros(1)]
     for a, b in cells.T:

@@ -58,7 +58,7 @@ class Follower(Protocol):
 
     @property
     def bytes(self) -> int:
-        """GPU memory."""
+        """GPU memory in bytes."""
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
@@ -111,7 +111,7 @@ class Selectors:
     def shared(self, make: Callable[[Selectors], Made]) -> Made:
         """The result of `make`: made once, and shared by all selectors that need it."""
         if make not in self._made:
-            self._made[make] = make(self)  # what `make` shares itself is added first, and released later
+            self._made[make] = make(self)  # if `make` calls `shared` itself, that object is added first
         made: Made = self._made[make]
         return made
 

@@ -34,7 +34,7 @@ NEAR = 0.1  # default distance of the near plane, in spacings
 
 
 class Flag(NamedTuple):
-    """How the command line takes an option.
+    """The flag of an option on the command line.
 
     Attributes
     ----------
@@ -104,16 +104,18 @@ class RenderOptions:
         the surface. It bounds the largest error (metric "max") or the root mean square ("rms"). By default 1, unless
         `triangles` is given. Baselines certify nothing, and ignore it.
     triangles
-        Instead of a tolerance: the largest number of triangles, from 2 on. With the metric "max" the mesh is that of
-        the smallest tolerance. With "rms" the triangles are used where they reduce the sum of the squared screen errors
-        most. Each post is weighted by the width of a cell in pixels, at least 1.
+        Instead of a tolerance: the largest number of triangles, from 2 on. With the metric "max", the mesh is the one
+        with the smallest tolerance. With "rms", the triangles are used where they reduce the sum of the squared screen
+        errors most. Each post is weighted by the width of a cell in pixels, but at least 1.
     parameters
         Level of detail of a baseline: `clipmap.Rings` or `tessellated.Edges`. By default it follows from `triangles`.
     metric
-        "max" or "rms": what the tolerance bounds, or the budget minimises. By default "max"; of a budget, "rms".
+        "max" or "rms": the error that the tolerance bounds, or that the budget minimises. By default "max"; for a
+        budget, "rms".
     method
         One of `renderer.methods.METHODS`: "sat" (the default) or "quadtree", which are certified; a baseline,
-        "clipmap" or "tessellated"; "full" for every post in the picture; or "truth", also bilinear between posts.
+        "clipmap" or "tessellated"; "full" for every post in the picture; or "truth", the same with the bilinear surface
+        between posts.
     style
         One of `terrain_gl.shade.picture.STYLES`.
     sun
@@ -121,20 +123,20 @@ class RenderOptions:
     look
         How the land is coloured, one of `terrain_gl.light.climate.NAMES`; "auto": by the place that the file gives.
     voids
-        Posts without data: "fill" draws a smooth surface through their rim, "hole" nothing. They count in no error.
+        Posts without data: "fill" draws a smooth surface through their rim, "hole" draws nothing. No error includes
+        them.
     edge
         "block": the map is a block of ground on a plain or in its sea; "none": there is only sky around it.
     grain
-        "on": near the eye the shading has bumps and specks below the posts' spacing; the mesh has none.
+        "on": near the eye, the shading has bumps and specks finer than the posts' spacing. The mesh does not change.
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
     error_scale_px
-        Styles "error" and "promise": the error at the end of the colours, which then grow by its square root, so that
-        small errors are visible. By default the tolerance, and even steps.
+        Styles "error" and "promise": the error at the end of the scale of colours. The scale is then one of square
+        roots, so that small errors are visible. By default the end is the tolerance, and the scale is linear.
     exaggeration
         How many times higher the relief is drawn, 0.01 to 100. The eye and the target are raised with it. Contour
-        lines, colours, water and all heights that are asked for stay true. The bound in pixels holds for the picture as
-        drawn.
+        lines, colours, water and reported heights stay true. The bound in pixels holds for the picture as drawn.
     curvature
         Whether land far away is drawn lower, because the Earth is round: "on", "off", or "auto", which is "on" for maps
         with a coordinate system whose longer side is at least 50 km, and at most the radius of their planet.
@@ -144,15 +146,16 @@ class RenderOptions:
     sky, material, water_m
         See `terrain_gl.shade.picture.Look`: files, and metres.
     drape, ramp, ramp_range
-        A raster of values that colours the ground instead of `material`; one of `light.ramps.NAMES`; and the values at
-        its ends, by default those of the raster. The looks "viridis" and "diverging" also take `ramp_range`, in metres.
+        `drape` is a raster of values that colours the ground instead of `material`. `ramp` is one of
+        `light.ramps.NAMES`. `ramp_range` has the values at the ramp's ends; by default they are those of the raster.
+        The looks "viridis" and "diverging" also use `ramp_range`, in metres.
     near_m
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull
         Leave out patches outside the picture.
     occlusion
-        "on" leaves out land that is hidden behind other land; the picture is the same: docs/hidden.md. Only method
-        "sat" with a tolerance does so, and only if `cull`.
+        "on" leaves out land that is hidden behind other land. The picture is the same: docs/hidden.md. It has an effect
+        only on method "sat" with a tolerance, and only with `cull`.
     wires
         Draw the triangles' edges on top of the style.
     chosen_for
@@ -326,7 +329,7 @@ class RenderOptions:
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
 
     def otherwise(self, **changes: Any) -> RenderOptions:
-        """The same options with `changes`. Options that are not allowed together with them get their defaults."""
+        """The same options with `changes`. Options that contradict the changes get their defaults."""
         dropped: dict[str, Any] = {}
         method = changes.get("method", self.method)
         if changes.get("triangles") is not None:
@@ -347,7 +350,7 @@ class RenderOptions:
 
     @property
     def certified_metric(self) -> str:
-        """What the certificate bounds: of a budget, always the largest error."""
+        """The metric of the certified bound. For a budget it is always "max"."""
         return "max" if self.triangles else self.metric
 
     @property
@@ -366,13 +369,13 @@ class RenderOptions:
         )
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:
-        """The camera that sees the map's ground bent and its relief exaggerated, as the options say.
+        """The camera with the curvature of the ground and the exaggeration that the options give.
 
         `heightmap` is the map without exaggeration.
         """
         bend = bend_per_m(heightmap, self.curvature, self.refraction or 0.0)
         if bend != camera.bend_per_m:
-            camera = replace(camera, bend_per_m=bend)  # which forgets its axes
+            camera = replace(camera, bend_per_m=bend)  # the copy computes its axes again
         return camera if self.exaggeration == 1 else camera.over_exaggerated(self.exaggeration)
 
     @property
@@ -383,7 +386,7 @@ class RenderOptions:
 
     @property
     def tolerance_px(self) -> float:
-        """The tolerance of the mesh; 0 for every post."""
+        """The tolerance of the mesh; 0 for methods that draw every post."""
         return 0.0 if self.method in EVERY_POST or self.max_error_px is None else self.max_error_px
 
 

@@ -1,4 +1,4 @@
-"""Lines and points to be drawn over a map, from GeoJSON, tracks of GPS devices, or objects of geopandas and shapely."""
+"""Lines and points that are drawn over a map: from GeoJSON, GPS tracks, or objects of geopandas and shapely."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Overlay(NamedTuple):
     Attributes
     ----------
     lines
-        Each (n, 2).
+        Columns and rows of each line, (n, 2).
     points
-        (m, 2).
+        Columns and rows of all points, (m, 2).
     """
 
     lines: tuple[np.ndarray, ...]
@@ -50,7 +50,7 @@ def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
     Raises
     ------
     TerrainError
-        No GeoJSON, or coordinates that cannot be converted to the map's; the message names the file.
+        The source is no GeoJSON, or its coordinates cannot be converted to the map's. The message names the file.
     """
     name, content, crs = _loaded(source)
     try:
@@ -139,7 +139,7 @@ def _unpacked(coordinates: Any, nested: int) -> Iterator[np.ndarray]:
             yield from _unpacked(part, nested - 1)
         return
     if len(coordinates):
-        shape = np.asarray(coordinates, float)[..., :2]  # a third number is a height; the line lies on the land instead
+        shape = np.asarray(coordinates, float)[..., :2]  # without heights: lines lie on the land
         if shape.shape[-1] != 2 or not np.isfinite(shape).all():
             raise ValueError("coordinates are not pairs of numbers")
         yield shape

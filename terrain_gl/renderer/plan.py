@@ -1,4 +1,4 @@
-"""The map from straight above, without perspective: the rendered look as a texture for meshes."""
+"""The map from straight above, almost without perspective: a rendered picture as a texture for meshes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LONGEST_PX = 2048
 
 
 def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.ndarray:
-    """Picture of the whole map, north up; its edges are those of the outermost posts' cells.
+    """Picture of the whole map, north up. The outermost posts lie half a cell inside its edges.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.nd
 
 
 def _inside(pixels: int, posts: int) -> np.ndarray:
-    """For each pixel of a line, the nearest one that shows only land: the picture ends half a cell beyond the map."""
+    """For each pixel of a line, the nearest pixel that shows only land: the picture ends half a cell beyond the map."""
     at = (np.arange(pixels) + 0.5) / pixels * posts - 0.5
     whole = posts / pixels  # a pixel at the rim is partly sky
     good = np.flatnonzero((at > whole) & (at < posts - 1 - whole))

@@ -3,8 +3,8 @@
 There is one way to draw, `Renderer.draw_steps`:
 
     select    choose the mesh, once for the whole picture               lod: `methods`
-    draw      for each piece: which place of the map a sample sees      mesh, shade: `Picture.see_steps`
-    shade     the colour of each of its pixels                          shade: `Picture.shade_steps`
+    draw      for each piece: the place of the map that each sample sees    mesh, shade: `Picture.see_steps`
+    shade     for each piece: the colour of each pixel                  shade: `Picture.shade_steps`
     receive   pass on the piece's pixels                                image
 
 `draw` takes all steps at once, `render` also reads the pixels, and `choose` stops after the first. `edit` changes the
@@ -76,7 +76,7 @@ class Renderer:
     editor
         Changes the map.
     overlays
-        Lines and points over every picture, of `overlay.read_overlay`; set them when you like.
+        Lines and points that are drawn over every picture, from `overlay.read_overlay`. You may set them at any time.
 
     Raises
     ------
@@ -137,7 +137,7 @@ class Renderer:
 
     @property
     def streaming(self) -> Streaming | None:
-        """Loads what views need of a store, and waits for it or not; None for other maps."""
+        """Loads the pages of a store that views need; None for other maps."""
         return self.resources.streaming
 
     @property
@@ -164,7 +164,7 @@ class Renderer:
             The view.
         max_error_px
             The screen error: the distance in pixels between the drawn and the true position of a point of the surface.
-            With the metric "max", no point has a larger one; with "rms", the root mean square is at most this. By
+            With the metric "max", no point has a larger error; with "rms", the root mean square is at most this. By
             default 1.
         progress
             Called with the progress, 0 to 1.
@@ -222,9 +222,10 @@ class Renderer:
         size, fine
             As for `render`. With a size, the picture comes in pieces.
         receive
-            Called with each piece of the picture and its pixels, (height, width, 4) uint8 sRGB, from the top row down.
+            Function that gets each piece of the picture and its pixels, (height, width, 4) uint8 sRGB, first row on
+            top.
         exact
-            Pixels are float32: see `Picture.exact`. Overlays are not in them.
+            Pixels are float32 (see `Picture.exact`) and have no overlays.
         gradual
             Take small steps. Otherwise each of the two passes over a piece is one step, which is faster.
         options
@@ -319,7 +320,7 @@ class Renderer:
         self.editor.settle()
 
     def rebuild(self, progress: Progress | None = None) -> None:
-        """After edits of a store, make its bounds exact; for a map in memory they are. See `Editor.rebuild_steps`."""
+        """Make the bounds of an edited store exact. A map in memory needs no rebuild. See `Editor.rebuild_steps`."""
         drain(self.editor.rebuild_steps(), progress)
 
     def save_edits(self, path: str | os.PathLike[str]) -> None:

@@ -1,7 +1,7 @@
 """Tracks of GPS devices as GeoJSON: GPX 1.0 and 1.1, KML, KMZ (a KML in a .zip) and TCX.
 
 Only the standard XML parser is used. A file with a DOCTYPE is refused, because its entities can expand to gigabytes or
-name other files. Elements are known by their names without namespaces: devices write many of these.
+name other files. Elements are recognised by their names without namespaces, because devices write many namespaces.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _ZIP = b"PK\x03\x04"
 
 class _NoDoctype(ElementTree.TreeBuilder):
     def doctype(self, name: str, public: str | None, system: str | None) -> None:
-        """Called by the parser before it reads what the DOCTYPE declares."""
+        """Called by the parser before it reads the declarations of the DOCTYPE."""
         raise ValueError("it has a DOCTYPE, which is not read: remove it")
 
 
@@ -42,7 +42,7 @@ def unpacked(content: bytes, most_bytes: int) -> bytes:
     Raises
     ------
     ValueError
-        There is none, or it does not unpack, or not to `most_bytes`.
+        There is no .kml, or it cannot be unpacked, or it is larger than `most_bytes`.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -64,7 +64,7 @@ def features_of(content: bytes) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        Not XML, or none of `FORMATS`, or a coordinate that is no number.
+        The file is no XML or none of `FORMATS`, or a coordinate is no number.
     """
     try:
         root = ElementTree.fromstring(content, ElementTree.XMLParser(target=_NoDoctype()))
@@ -97,7 +97,7 @@ def _kml(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
 
 
 def _tcx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
-    """Tracks; a trackpoint without a position, as of a device that only counts, is left out."""
+    """Tracks, without trackpoints that have no position (some devices only count)."""
     for track in (element for element in root.iter() if _name(element) == "Track"):
         positions = [each for each in track.iter() if _name(each) == "Position"]
         yield _feature([_degrees(_text(p, "LongitudeDegrees"), _text(p, "LatitudeDegrees")) for p in positions])

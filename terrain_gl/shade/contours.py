@@ -1,4 +1,4 @@
-"""Contour lines: one interval for a map, and what the shader needs to draw them (glsl/shade/contours.glsl)."""
+"""Contour lines: the interval for a map, and the uniform that the shader needs (glsl/shade/contours.glsl)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 from ..terrain import Terrain
 
 MOST = 40  # most lines from the lowest to the highest post
-INDEX_EVERY = 5  # each fifth line is heavy
-_ASIDE = 1e-3  # lines are drawn this part of an interval too high: else a plain at that height would be all line
+INDEX_EVERY = 5  # every fifth line is an index line, which is bolder
+_ASIDE = 1e-3  # lines are drawn too high by this part of an interval: else a plain at their height would be all line
 
 
 def interval_m(low_m: float, high_m: float) -> float:
@@ -20,7 +20,7 @@ def interval_m(low_m: float, high_m: float) -> float:
 
 
 def uniforms(terrain: Terrain, asked_m: float, water_m: float | None) -> dict[str, Any]:
-    """The uniform for contour lines every `asked_m` metres; 0 takes `interval_m`. Under water there are none."""
+    """The uniform for contour lines every `asked_m` metres; with 0, every `interval_m`. Under water there are none."""
     metres = asked_m or interval_m(*terrain.heightmap.range_m)
     aside_m = max(_ASIDE * metres, terrain.span_m / 65535)  # at least one step of the heights that shading reads
     added_m = (terrain.base_m - aside_m) % (INDEX_EVERY * metres)

@@ -39,13 +39,13 @@ _OF_LIGHT = ("visibility", "ambient", "direct", "lobes")  # styles that show par
 _LIT = ("shaded", *_OF_LIGHT)  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
 STYLES = ("shaded", "lambert", *_OF_MESH, "normals", "voids", "depth", *_OF_LIGHT)
-_EXACT = (*_LIT, "lambert", "normals", "depth")  # styles of light, or of numbers: `Picture.exact`
+_EXACT = (*_LIT, "lambert", "normals", "depth")  # styles that show light or numbers: `Picture.exact`
 GRAINS = ("on", "off")
 VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
-HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
+HAZE = 2.0  # such a distance for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 Size = tuple[int, int]
 Target = TypeVar("Target")
@@ -64,7 +64,8 @@ class Look:
     sky
         File of a sky, an equirectangular picture of light; by default the clear sky of that sun. See `sky.read_sky`.
     material
-        File of a picture of the ground, north up, or values with a ramp; by default heights and slopes decide.
+        File of a picture of the ground, north up, or values with a ramp. By default, heights and slopes decide the
+        colour.
     water_m
         Height of standing water in metres; none by default.
     wires
@@ -80,9 +81,9 @@ class Look:
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the relief, None for no lines.
     ramp_range
-        Heights at the ends of the ramp, for looks that are ramps; None for those of the look.
+        Heights at the ends of the ramp, for looks that are ramps; None for the look's own ends.
     error_scale_px
-        The error at the end of the colours of "error" and "promise"; by default the tolerance.
+        The error at the end of the scale of colours, in "error" and "promise"; by default the tolerance.
     """
 
     style: str = "shaded"
@@ -157,7 +158,7 @@ class Picture:
         return self._depth
 
     def resize(self, size: Size) -> None:
-        """Change the picture's size; what was drawn is lost."""
+        """Change the picture's size; its pixels are lost."""
         self._release_targets()
         self.size = (0, 0)  # this remains if memory does not suffice
         samples = self.samples if self.samples > 1 else 0
@@ -206,7 +207,7 @@ class Picture:
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
-        """Second pass, over the pixels: colour what the samples see."""
+        """Second pass, over the pixels: colour the places that the samples see."""
         drain(self.shade_steps(camera, look, self.size))
 
     def shade_steps(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Steps[None]:
@@ -257,7 +258,7 @@ class Picture:
         style = f"shade/{look.style}.frag"
         wanted = self._wanted(look, edge)
         self._listed.write(_NOTHING_LISTED)
-        gl.clip_control_zero_to_one(self.ctx)  # the kinds are told apart by a depth test; perhaps no mesh was drawn
+        gl.clip_control_zero_to_one(self.ctx)  # a depth test selects the kind; it is not set if no mesh was drawn
         self._bind()
         if look.style in _LIT:
             self.lighting.bind()
@@ -287,12 +288,11 @@ class Picture:
         return from_top(self._picture.read(alignment=1), "u1", self.size, 4)
 
     def exact(self) -> np.ndarray:
-        """(height, width, 4) float32, first row on top: the last picture, coloured again without an end at white.
+        """The last picture, coloured again without clipping at white: (height, width, 4) float32, first row on top.
 
-        Colours are linear light times the exposure; alpha is 1. In the style "normals" they are unit vectors east,
-        north, up; in "depth", metres along the view. In the sky of both, alpha is 0; normals are 0 there, and depths
-        infinite. Lines that were drawn over the picture are not in it. Styles that are diagrams have the colours of the
-        screen.
+        Colours are linear light times the exposure; alpha is 1. In the style "normals", they are unit vectors east,
+        north, up; in "depth", metres along the view. In the sky of both, alpha is 0, normals are 0, and depths are
+        infinite. Lines over the picture are left out. Styles that are diagrams have the colours of the screen.
         """
         look, edge = self._shaded
         if look.style not in _EXACT:
@@ -320,16 +320,16 @@ class Picture:
         return self._screen
 
     def light_steps(self, look: Look) -> Steps[None]:
-        """Incremental `light`; yields progress from 0 to 1, or nothing if the light is there."""
+        """Incremental `light`; yields progress from 0 to 1, or nothing if no light is missing."""
         if look.style in _LIT:
             yield from self.lighting.follow_steps(look.sun, look.sky, look.material, look.cover)
 
     def coverage(self) -> np.ndarray:
-        """(height, width) bool, first row on top: whether the surface covers all samples of the pixel."""
+        """Whether the surface covers all samples of each pixel: (height, width) bool, first row on top."""
         return self.note("shade/coverage.frag", 1, "u1")[..., 0] == self.samples
 
     def sky_share(self) -> np.ndarray:
-        """(height, width) float32, first row on top: the share of sky in each pixel, 0 to 1."""
+        """The share of sky in each pixel, 0 to 1: (height, width) float32, first row on top."""
         return 1 - self.note("shade/coverage.frag", 1, "u1")[..., 0] / np.float32(self.samples)
 
     def sees_land(self) -> bool:
@@ -337,7 +337,7 @@ class Picture:
         return bool((self.sky_share() < 1).any())
 
     def places(self) -> np.ndarray:
-        """(samples, height, width, 2) float32, first row on top: column and row of the map; negative for the sky."""
+        """Column and row that each sample sees: (samples, height, width, 2) float32, first row on top; sky negative."""
         return np.stack([self.note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])
 
     def note(self, fragment: str, components: int, dtype: str, kind: str = "ANY", **uniforms: Any) -> np.ndarray:
@@ -371,7 +371,7 @@ class Picture:
         self.programs.release()
 
     def _haze_m(self, camera: Camera) -> float:
-        """Range of the haze: that of clear air, or more, so that the whole map is visible from the eye."""
+        """Range of the haze: that of clear air, or a longer one if else a part of the map would be invisible."""
         east, north = self.terrain.heightmap.extent_m
         low, high = self.terrain.heightmap.range_m
         away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))
@@ -379,7 +379,7 @@ class Picture:
         return max(clear_m, HAZE * max(math.hypot(east, north), away_m))
 
     def _detail_target(self) -> moderngl.Framebuffer:
-        """The framebuffer with further data for styles that show the mesh; it needs more memory and time."""
+        """The framebuffer for styles that show the mesh. It holds more data, and takes more memory and time."""
         if self._drawn is None:
             self._drawn = self._target(self.ctx.texture(self.size, 4, samples=self._depth.samples, dtype="f2"))
             self._seen_detail = self._target(self.ctx.framebuffer([self._drawn], self._depth))
@@ -402,7 +402,7 @@ class Picture:
         vao.render(vertices=3)
 
     def _wanted(self, look: Look, edge: int) -> Wanted:
-        """What the programs that colour a look have in common."""
+        """The settings that all programs which colour a look share."""
         uniforms = {"sun": towards_sun(*look.sun)} | surroundings.uniforms(self.terrain, look.water_m)
         uniforms["error_scale_px"] = look.error_scale_px or 0.0
         if look.contour_m is not None:
@@ -428,7 +428,7 @@ class Picture:
         self.ctx.memory_barrier()
 
     def _bind(self) -> None:
-        """Bind everything that shading reads, but the light."""
+        """Bind everything that shading reads, except the light."""
         self.terrain.bind()
         self.view.bind()
         self.sums.bind()

@@ -13,14 +13,14 @@ KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3, "OPEN": 4}  # kinds of pixel
 
 
 class Wanted(NamedTuple):
-    """What all programs of one colouring have in common.
+    """Settings that all programs which colour one picture share.
 
     Attributes
     ----------
     light
         Macros of the light.
     uniforms
-        Their uniforms, by name without `u_`; a program may lack some of them.
+        Uniforms of the programs, by name without `u_`. A program may lack some of them.
     wet, grained, contours
         Whether there is a level of water, grain, and contour lines.
     edge
@@ -61,7 +61,7 @@ class PixelPrograms:
         For the kind "MIXED", it is a compute shader over the listed pixels, without a vertex array.
         """
         light, uniforms, wet, edge, *extras = wanted
-        if edge:  # an eye that crosses the map's rim needs no new program but the small one of kinds
+        if edge:  # so if the eye crosses the map's rim, only the small program of kinds must be compiled
             edge = surroundings.OF_KIND.get(kind, edge)
         key = fragment, kind, wet, edge, *extras, *light.values()
         if key not in self._made:

@@ -1,4 +1,4 @@
-"""The surroundings of the map: which of them a picture may show, and what the shader needs (glsl/shade/edge.glsl)."""
+"""The surroundings of the map: which of them a picture may show, and the shader's uniforms (glsl/shade/edge.glsl)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..camera import Camera
 from ..terrain import Terrain
 
 EDGES = ("block", "none")
-NONE = 0  # EDGE of the shader: what is drawn; with walls, the plain too
+NONE = 0  # values of EDGE in the shader; with walls, the plain is drawn, too
 PLAIN = 1
 WALLS = 2
 OF_KIND = {"OPEN": PLAIN, "SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE of the programs of kinds of pixels
@@ -24,7 +24,7 @@ def seen_from(camera: Camera, terrain: Terrain) -> int:
 
 
 def uniforms(terrain: Terrain, water_m: float | None) -> dict[str, Any]:
-    """Height of the surroundings: of the sea that the map has or the user gives, else of the foot of the block."""
+    """Uniform with the height of the surroundings: that of a sea (the map's or the user's), else the block's foot."""
     heightmap = terrain.heightmap
     base_m = terrain.base_m
     sea_m = water_m if water_m is not None else terrain.sea_m

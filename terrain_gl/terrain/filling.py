@@ -1,4 +1,4 @@
-"""Voids filled smoothly from their rim."""
+"""Fill voids with a smooth surface through their rim."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def fill_voids(heights: np.ndarray) -> np.ndarray:
 
 
 class Filling:
-    """Heights with voids filled, and ready for edits.
+    """Heights with voids filled. Edits change only the part that they need.
 
     Pull-push (Gortler et al. 1996, "The lumigraph") gives a first guess at each level. Pull: each coarser level is half
     as large, and its posts are the means of the known posts below. Push: from the coarsest level down, void posts take
-    heights from the level above. Then each void post becomes the mean of its four neighbours, a few times. Together
-    the levels approximate the harmonic surface, a membrane that is fixed at the rim of the voids (Bornemann and
+    heights from the level above. Then relax: a few times, each void post becomes the mean of its four neighbours. All
+    levels together approximate the harmonic surface, a membrane that is fixed at the rim of the voids (Bornemann and
     Deuflhard 1996, "The cascadic multigrid method for elliptic problems").
 
         known   5 ·     pull    5        push    5 5     relax
@@ -29,7 +29,7 @@ class Filling:
     Attributes
     ----------
     known, filled
-        Levels from the map, (rows, cols), up to a single post; `known` has NaN at voids.
+        All levels, from the map itself, (rows, cols), up to a single post. `known` has NaN at voids.
     """
 
     def __init__(self, heights: np.ndarray) -> None:
@@ -85,8 +85,8 @@ def push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
     """Fill the voids of a rectangle of a level from the level above, and relax them.
 
     The result is the same as if the whole level were filled. A sweep reads one post on each side. So we also fill
-    `SWEEPS` posts around the rectangle, and leave them out of the result. `known` may be a window of a level if `above`
-    is the window of the level above with half its first post, and has the posts over the rectangle so grown.
+    `SWEEPS` posts around the rectangle, and leave them out of the result. `known` may be a part of a level. Then
+    `above` is a part of the level above: its first post has half the column and row, and it covers the grown rectangle.
     """
     x0, y0, x1, y1 = _grown(rect, SWEEPS, known)
     part = known[y0 : y1 + 1, x0 : x1 + 1]
@@ -109,7 +109,7 @@ def push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
 
 
 def _surface(above: np.ndarray, first: tuple[int, int], shape: tuple[int, ...]) -> np.ndarray:
-    """The level above, bilinear between its posts, at rows and columns of the level below."""
+    """Bilinear heights of the level above, at the posts of the level below."""
     values = above
     for axis in (0, 1):
         i = np.arange(first[axis], first[axis] + shape[axis])

@@ -37,15 +37,15 @@ class Terrain:
     Attributes
     ----------
     base_m
-        The height that the GPU's heights are relative to: 0, or a height close below the map if float32 needs it.
+        The GPU's heights are relative to this height: 0, or a height close below the map if float32 needs it.
     span_m
-        Width of the quantisation range: the tables store heights and errors as integers in units of it.
+        Width of the quantisation range. Heights and errors in tables are integers, in parts of this width.
     levels
         Sizes of the quadtree's levels.
     edits
         The number of edits that have changed the map.
     streams
-        Whether parts of the map may be missing on the GPU: no.
+        Whether parts of the map may be missing on the GPU: False for this class.
     """
 
     streams = False
@@ -61,7 +61,7 @@ class Terrain:
         self.ctx = ctx
         self.heightmap = heightmap
         self.edits = 0
-        self._own = False  # whether `heightmap` is a copy of our own, which may be changed
+        self._own = False  # whether `heightmap` is our own copy, which we may change
         same = like is not None and like.heightmap.heights is heightmap.heights
         self._filling: Filling | None = like._filling if like and same else None
         self._filled = filled
@@ -106,7 +106,7 @@ class Terrain:
 
     @property
     def has_water(self) -> bool:
-        """Whether there is water in the map's own heights: `flats.water_posts`."""
+        """Whether there is water in the map's own heights: see `water.water_posts`."""
         return self._water is not None
 
     @property
@@ -143,9 +143,9 @@ class Terrain:
         """Give the posts from column x and row y on new heights, (rows, cols), NaN for voids.
 
         The time grows with the number of posts that change, not with the map. Everything is uploaded again only if
-        heights leave the quantisation range, or if the first void appears or the last one disappears. A range that is
-        left is widened with headroom and never shrinks again (`Heightmap.quantised_m`). The first edit copies the
-        heights, so the caller's map does not change.
+        heights leave the quantisation range, or if the first void appears or the last one disappears. When heights
+        leave the range, it is widened with headroom, and never shrinks again (`Heightmap.quantised_m`). The first edit
+        copies the heights, so the caller's map does not change.
 
         Returns
         -------
@@ -193,7 +193,7 @@ class Terrain:
         return self.with_range((min(held[0], low), max(held[1], high)))
 
     def with_range(self, quantised_m: tuple[float, float]) -> Terrain | None:
-        """The same map with a quantisation range for these heights, for this one to `take`; None if it has that range.
+        """A copy with a quantisation range for these heights, to `take` later; None if this map has that range.
 
         Later edits of this map are not in the copy.
         """
@@ -210,7 +210,7 @@ class Terrain:
         return Terrain(self.ctx, self.heightmap.copy(heights), self)
 
     def take(self, other: Terrain) -> None:
-        """Exchange quantisation ranges, textures and blocks with a result of `with_headroom` or `with_range`."""
+        """Exchange quantisation ranges, textures and blocks with a copy from `with_headroom` or `with_range`."""
         mine, theirs = self.heightmap, other.heightmap
         mine.quantised_m, theirs.quantised_m = theirs.quantised_m, mine.quantised_m
         for name in ("heights", "marks", "block", "base_m", "_low_m", "span_m"):
@@ -296,7 +296,10 @@ def block_of(heightmap: Heightmap, top_level: int, low_m: float, span_m: float) 
 
 
 class Water(NamedTuple):
-    """The posts in water when the map was opened, and the water's heights. A post that an edit lifts is dry."""
+    """The posts that were in water when the map was opened, and the water's heights.
+
+    A post is dry after an edit has moved it from that height.
+    """
 
     posts: np.ndarray
     levels_m: np.ndarray
@@ -322,7 +325,7 @@ def sea_of(heights: np.ndarray, rim: int) -> float | None:
     Parameters
     ----------
     heights
-        Of the posts of the map's rim that are in water.
+        Heights of the posts of the map's rim that are in water.
     rim
         Number of all posts of the rim.
     """
@@ -332,23 +335,23 @@ def sea_of(heights: np.ndarray, rim: int) -> float | None:
 
 
 def _rim_of(values: np.ndarray) -> np.ndarray:
-    """The values around a map."""
+    """The values of the posts at a map's rim."""
     return np.concatenate([values[0], values[-1], values[1:-1, 0], values[1:-1, -1]])
 
 
 def widened_range(
     heights_m: tuple[float, float], held_m: tuple[float, float], ends_m: tuple[float, float]
 ) -> tuple[float, float]:
-    """What a quantisation range must hold after heights have left it: with headroom on each side that they have left.
+    """Lowest and highest height of a new quantisation range, with headroom on each side where heights left the old one.
 
     Parameters
     ----------
     heights_m
         Lowest and highest height.
     held_m
-        What the range must hold so far.
+        Lowest and highest height that the old range must hold.
     ends_m
-        The ends of the range.
+        The ends of the old range.
     """
     low, high = heights_m
     held_low, held_high = held_m
@@ -357,7 +360,7 @@ def widened_range(
 
 
 def steps_per_m(span_m: float) -> float:
-    """Steps of heights in a metre: the quantisation range has 65,535 of them (glsl/shade/steps.glsl)."""
+    """Number of steps in a metre of height. The quantisation range has 65,535 steps (glsl/shade/steps.glsl)."""
     return STEPS / span_m
 
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-LEAST_SIDE = 8  # posts along a side of a tile, at least; areas are sets of tiles
-MOST_TILES = 512  # tiles along a side of the map, at most: larger maps have larger tiles
-LEAST_TILES = 100  # tiles of an area (6400 posts), at least; smaller ones may be the bed of a dry basin
-LEAST_OF_SEA = 24  # the same for areas at height 0
-OUTLET = 0.08  # the share of the tiles around an area that may be lower, with no post above the area
+LEAST_SIDE = 8  # least side of a tile, in posts; areas are sets of tiles
+MOST_TILES = 512  # most tiles along a side of the map: larger maps have larger tiles
+LEAST_TILES = 100  # least tiles of an area (6400 posts): a smaller one may be the bed of a dry basin
+LEAST_OF_SEA = 24  # least tiles of an area at height 0
+OUTLET = 0.08  # largest share of the tiles around an area that may lie lower, with no post above the area
 
 
 def water_posts(heights: np.ndarray) -> np.ndarray | None:
-    """(rows, cols) bool, the posts in water; None if there is no water.
+    """Posts in water, (rows, cols) bool; None if there is no water.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def tile_side(shape: tuple[int, ...]) -> int:
 
 
 def water_tiles(low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
-    """(rows, cols) float32, the height of the water in each tile, NaN without; None if there is no water.
+    """Height of the water in each tile, (rows, cols) float32, NaN in dry tiles; None if there is no water.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _areas(flat: np.ndarray, level: np.ndarray) -> list[np.ndarray]:
 
 
 def _holds_water(tiles: np.ndarray, low: np.ndarray, high: np.ndarray) -> bool:
-    """Whether the land around an area is nowhere lower, except at an outlet, and somewhere higher."""
+    """Whether the land around an area is higher in some place, and lower only at an outlet."""
     level = low[tuple(tiles[0])]
     steps = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
     around = np.unique((tiles[:, None] + steps).reshape(-1, 2), axis=0)
@@ -102,7 +102,7 @@ def posts_at(found: np.ndarray, heights: np.ndarray, side: int, first: tuple[int
     Parameters
     ----------
     found
-        The water of all tiles.
+        Heights of the water in all tiles: a result of `water_tiles`.
     heights
         The posts of the map, or a part of them from row and column `first` on.
     """

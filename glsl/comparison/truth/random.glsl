@@ -1,6 +1,6 @@
 // comparison/truth/random.glsl — points that fill a square evenly, a different set for every pixel;
 //   and directions from them.
-// Provides random_points(), point_of(), around(), in_disc(), cosine_weighted(), vmf_weighted().
+// Provides random_unit(), point_of(), around(), in_disc(), cosine_weighted(), vmf_weighted().
 
 #ifndef PI
 #define PI 3.14159265358979
