@@ -246,7 +246,7 @@ class Sculptor:
 
     @property
     def land(self) -> object:
-        """An object that identifies the heights; None at first. Undo and redo bring back the object with the heights."""
+        """An object that identifies the heights; None at first. Undo and redo restore it with the heights."""
         return next((stroke[-1] for stroke in reversed(self._done) if stroke), self._oldest)
 
     @property
