@@ -8,7 +8,7 @@
 //      light ←   ·       ·       ·   ·   ·   · · · · · · · · p p p p p
 //                window 2        window 1    window 0        the page
 //
-//   So the horizon is that of the window's own posts, or of coarser land beyond it.
+//   So the horizon of a post comes from the posts of its window, or from coarser land beyond it.
 // Python twin: reference.windowed_sines
 
 #include "horizon/lines.glsl"
@@ -26,8 +26,8 @@ layout(std430, binding = 0) buffer Hulls { Point hull[]; };  // one hull for eac
 uniform vec2 u_towards;             // see lines.glsl
 uniform int u_layer;                // layer of the image
 uniform int u_first_line, u_lines;  // first line of this run, and their number
-uniform int u_windows;              // number of windows; they are below each other in u_heights
-uniform ivec2 u_shift[MAX_WINDOWS];   // of Windows
+uniform int u_windows;              // number of windows; in u_heights they lie one below the other
+uniform ivec2 u_shift[MAX_WINDOWS];   // `shift` of pages.windows.PageWindows
 uniform ivec4 u_within[MAX_WINDOWS];
 uniform ivec2 u_core;               // first and last column, and row, whose horizons are stored
 

@@ -7,8 +7,8 @@
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   is the mean visibility, weighted by the light that each cell would get without a horizon.
 // The shader runs once for each batch of azimuths.
-// Until the last one, it stores sums as floats in the place of the shares.
-// Sums are rounded after each four azimuths, so that they do not depend on the size of a batch.
+// Before the last run, the memory of the shares holds sums as floats.
+// Sums are rounded after every four azimuths, so that they do not depend on the size of a batch.
 // For comparison only, PRINTED 2 is A.5 without the cosine:
 // V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the level horizon.
 // Python twins: reference.skylit, reference.visible_shares
@@ -86,7 +86,7 @@ void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row);
     if (texel.x >= u_texels.x) return;
 
-    vec3 normal[TEXEL * TEXEL];  // (0, 0, 0) outside the map
+    vec3 normal[TEXEL * TEXEL];  // of each cell; (0, 0, 0) outside the map
     float unshadowed[LOBES], total[LOBES];
     for (int l = 0; l < LOBES; l++) {
         unshadowed[l] = 0.0;

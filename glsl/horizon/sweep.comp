@@ -1,7 +1,7 @@
 // horizon/sweep.comp — the height of the horizon towards a light, at every post. One thread marches along one line.
-//   Only the upper convex hull of the points that a line has passed can be the horizon of the next point (Timonen and
-//   Westerholm 2010, "Scalable height field
-//   self-shadowing"). The tangent from the new point to the hull gives the horizon.
+//   Only a point of the upper convex hull of the points that a line has passed can be the horizon of the next point
+//   (Timonen and Westerholm 2010, "Scalable height field self-shadowing"). The tangent from the new point to the hull
+//   gives the horizon.
 //   All hull points below the tangent are removed for good.
 //
 //      light ←      q₂                        horizon(p) = direction of q₁, because q₂ is lower in the sky than q₁
@@ -52,7 +52,7 @@ void main() {
 
     ivec2 last = on_axes(u_towards, u_last_post), cross_ = crossing(line, last);
     int newest = -1;
-    ivec2 point = ivec2(0, -1);  // the newest one: it needs no fetch
+    ivec2 point = ivec2(0, -1);  // the newest point of the hull: it needs no fetch
     for (int i = cross_.x; i <= cross_.y; i++) {
         int place = line + base(u_towards, i);
         if (place < 0 || place > last.y) continue;

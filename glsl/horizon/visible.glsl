@@ -1,7 +1,7 @@
 // horizon/visible.glsl — the visible share of each light for a footprint: lookups in the tables of light/horizon.py.
 //   sky_visible     mean of V_l over the footprint, weighted by the cosine    (A.5, with horizon/fold.comp)
-//   sky_visible_near  the same, without sums, for footprints smaller than the smallest box; it returns all
-//                   lobes, and of_lobe() selects one
+//   sky_visible_near  the same without sums, for footprints smaller than the smallest box. It returns all lobes;
+//                   of_lobe() selects one
 //   sun_over        mean of V · ⟨n, sun⟩ over the visible facets: 1 for ground that faces the sun
 //   sun_share       share of the sun's disc that one place sees
 // Footprints are boxes in posts. S is bilinear between texels, as in shade/relief.glsl, so means are continuous. For

@@ -4,8 +4,8 @@
 #include "blocks/terrain.glsl"
 #include "mesh/patch.glsl"
 
-// A pixel's centre may be outside the triangle that covers its samples: clamp the place to the patch and to the map.
-// (Interpolation at samples or centroids would solve this, but Mesa's software renderer does it wrong.)
+// A pixel's centre may be outside the triangle that covers its samples. So we clamp the place to the patch and to the
+// map. (Interpolation at samples or centroids would be better, but Mesa's software renderer computes it wrongly.)
 vec2 place_in_patch(vec2 post, Patch p) {
     return clamp(post, vec2(p.low), vec2(min(p.high, u_last_post)));
 }

@@ -1,10 +1,10 @@
 // shade/posts.glsl — what shade/relief.glsl reads: the heights of a lattice of posts, and sums of them over boxes.
 //   A map in memory has one lattice, that of level 0, and one summed-area table.
-//   Of a store, each level has a lattice, and each page a table of its own (pages/posts.glsl).
-//   So a box lies in one part or in several:
+//   In a store, each level has a lattice, and each page has a table of its own (pages/posts.glsl).
+//   So a box lies in one part or in several. The loop
 //     Part part = first_part(level, low, end);
 //     do sum += sum_in(part, x, y); while (next_part(part));
-//   adds up to S(x, y) of a table of the whole lattice, less a number that is the same for all corners of the box.
+//   gives S(x, y) of a table of the whole lattice, minus a number that is the same for all corners of the box.
 // Provides last_of(), heights_from(), Part, first_part(), next_part(), sum_in().   Python twin: reference.sat
 
 #include "blocks/terrain.glsl"

@@ -1,5 +1,5 @@
 // shade/quantise.comp — heights as 16-bit steps of the map's span, as values to be summed.
-//   A difference, a product and a rounding to even: the same bits on every GPU, and in the pages of a store.
+//   A step is a difference, a product and a rounding to even. So the bits are the same on every GPU, and in pages.
 // Python twin: terrain.steps_of
 
 #include "blocks/terrain.glsl"
@@ -9,7 +9,7 @@ layout(std430, binding = 0) writeonly buffer Words { uint word[]; };
 
 uniform ivec2 u_first;  // first post; then columns and rows of posts
 uniform ivec2 u_count;
-uniform int u_first_row;  // of them, in this run
+uniform int u_first_row;  // first of these rows in this run
 uniform float u_steps_per_m;
 
 void main() {

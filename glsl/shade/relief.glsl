@@ -13,8 +13,8 @@
 //
 //   Smaller boxes use cubic B-splines over the heights, with continuous second derivatives.
 //   In between, the two are blended.
-//   Functions that end in _on are about the lattice of one level: places, extents and slopes are in its steps.
-//   A map in memory has level 0 alone; of a store, the loaded pages decide (pages/relief.glsl).
+//   Functions that end in _on are for the lattice of one level: places, extents and slopes are in its steps.
+//   A map in memory has only level 0. In a store, the loaded pages decide which level is used (pages/relief.glsl).
 // Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
@@ -29,7 +29,7 @@ struct Relief {
     vec2 slope;  // metres up per metre east, north
 };
 
-// Sums up to each pair of six columns and six rows, less a number that is the same for all.
+// S at each of six columns and six rows, minus a number that is the same for all.
 void sums_on(int level, int x[6], int y[6], out uint sum[36]) {
     for (int k = 0; k < 36; k++) sum[k] = 0u;
     Part part = first_part(level, ivec2(x[0], y[0]), ivec2(x[5], y[5]));
@@ -49,8 +49,8 @@ vec3 sums_of_row(uint sum[36], int row, vec3 part) {
     return mix(vec3(sums[0], sums[2], sums[4]), vec3(sums[1], sums[3], sums[5]), part);
 }
 
-// Texels turn a ramp into a staircase; a box that cuts its steps measures a slope that is a little wrong.
-// The same box on a ramp of slope 1 gives the factor: columns and rows, east minus west and south minus north.
+// Texels turn a ramp into a staircase. A box whose sides cut steps of the staircase gives a slope that is a little
+// wrong. The result of the same box on a ramp of slope 1 is the factor that corrects it.
 vec3 stairs_until(vec3 x, float origin) {
     vec3 n = floor(x) - origin;
     return 0.5 * n * (n - 1.0) + n * fract(x);
@@ -104,8 +104,8 @@ vec4 spline_slope(float t) {
     return vec4(-(1.0 - t) * (1.0 - t), t * (3.0 * t - 4.0), 1.0 + t * (2.0 - 3.0 * t), t * t) * 0.5;
 }
 
-// Coarse lattices of a store are sharper without a B-spline:
-// heights are interpolated (Catmull, Rom 1974), and slopes are those of single steps, linear between their middles.
+// A B-spline would blur the coarse lattices of a store. So their heights are interpolated (Catmull, Rom 1974),
+// and their slopes are those of single steps, linear between the middles of steps.
 vec4 catmull_rom(float t) {
     return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t,
         (t - 1.0) * t * t);

@@ -50,14 +50,15 @@ Ground ground_of(int samples) {
 
 #define ALL ((1 << SAMPLES) - 1)
 
-// The samples, as bits, that see this of the map's surroundings.
+// The samples, as bits, that see a given part of the surroundings: a number of surroundings_at().
 int samples_around(int seen) {
     int alike = 0;
     for (int i = 0; i < SAMPLES; i++) alike |= int(surroundings_at(ray_at(offset_of_sample(i))) == seen) << i;
     return alike;
 }
 
-// The sky and the surroundings of the map, which have edges of their own; `samples` are bits, at least one of them.
+// The colour of the sky and of the map's surroundings, with edges between them. `samples` are bits; at least one is
+// set.
 vec3 around_colour(int samples) {
     if (EDGE == 0) return float(bitCount(samples)) * sky_colour(view_ray(vec2(0.0)));
     vec3 sum = vec3(0.0);
@@ -71,7 +72,7 @@ vec3 around_colour(int samples) {
     return sum;
 }
 
-// The part of the samples that see ground.
+// The share of the samples that see ground.
 float ground_share() {
     int count = 0;
     for (int i = 0; i < SAMPLES; i++) count += is_sky(post_of_sample(i)) ? 0 : 1;

@@ -49,7 +49,7 @@ vec3 view_ray(vec2 offset_px) { return normalize(ray_at(offset_px)); }
 
 int g_hidden = 0;  // samples, as bits, that see a wall of the map's block, and not the land behind it
 
-// Sets g_hidden; needed before the places of samples are asked for. Rims are looked up only for rays that may meet one.
+// Sets g_hidden. Call it before post_of_sample(). Only rays that may meet a wall look up the rim.
 void find_hidden() {
 #if EDGE == 2 && PIXELS != NEAR
     vec2 place;

@@ -1,4 +1,4 @@
-// shade/visibility.frag — style "visibility": the visible share of the sky as blue, that of the sun as red and green.
+// shade/visibility.frag — style "visibility": the visible share of the sky as blue, and of the sun as red and green.
 
 #include "shade/samples.glsl"
 #include "light/lit.glsl"

@@ -1,1 +1,1 @@
-"""Light: sun and sky as a few lobes, the ground's merged lobes, and how much of the light reaches the ground."""
+"""Light: sun and sky as a few lobes, the ground's merged lobes, and the share of the light that reaches the ground."""

@@ -17,14 +17,14 @@ _SRGB_8 = linear_from_srgb(np.arange(256)).astype("f4")
 
 
 def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.ndarray:
-    """(rows, cols, 3) linear albedo, 0 to 1, as half floats. 8 and 16 bits are read as sRGB, floats as linear.
+    """Linear albedo of a picture, (rows, cols, 3) half floats, 0 to 1. Integers are read as sRGB, floats as linear.
 
     A picture of more than `most_side` pixels a side is reduced: each texel is the mean of a square of pixels.
 
     Raises
     ------
     TerrainError
-        Not a readable picture, too many pixels, or values that are not finite.
+        The file is not a readable picture, has too many pixels, or has values that are not finite.
     """
     check_input(path, "name a picture")
     name = os.fsencode(path).decode("utf-8", "replace")

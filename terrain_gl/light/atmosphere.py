@@ -28,7 +28,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
-    """(3,) transmittance of sunlight, red, green and blue, through the air to an eye at that height."""
+    """Transmittance of sunlight through the air to an eye at a height, (3,): red, green, blue."""
     h, mu = np.array([height_km]), np.array([math.sin(math.radians(elevation_deg))])
     return _transmittance(h, np.maximum(mu, _horizon(h)))[:, 0]
 
@@ -141,7 +141,7 @@ def _transmittance(h: np.ndarray, mu: np.ndarray) -> np.ndarray:
 
 
 def _often(h: np.ndarray, mu_sun: np.ndarray) -> np.ndarray:
-    """Isotropic radiance of light that was scattered twice or more often."""
+    """Isotropic radiance of light that was scattered at least twice."""
     return _lookup(_often_table(), h, mu_sun)
 
 

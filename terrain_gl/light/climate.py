@@ -1,8 +1,8 @@
 """Looks of the land, by name; and the climate of a place: its tree line, its snow line, and how dry it is.
 
 Colours depend on metres above the sea and on the place on the Earth, not on the map's own range of heights. So a part
-of a map has the same colours as in the whole map, and edits elsewhere do not change them. Ramps alone show the map's
-range, unless they are given another one.
+of a map has the same colours as in the whole map, and edits elsewhere do not change them. Only ramps show the map's own
+range, unless another range is given.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..readers.place import Place
 AUTO = "auto"
 _NATURAL, _EARTH, _GREY, _TINT, RAMP = range(5)  # glsl/shade/cover.glsl
 _EARTH_M = 6.3e6, 6.4e6  # semi-major axes
-ATLAS_M = 1000.0  # with posts at least this far apart, the colours are those of an atlas: woods are too small
+ATLAS_M = 1000.0  # if posts are at least this far apart, woods are too small to show: the colours are those of an atlas
 LATITUDE_DEG = 46.0  # used if the latitude is not known: that of the Alps
 # Latitude, and heights in metres of the tree line and of the snow line in early summer: rough values of our own choice.
 _LATITUDES = 0, 20, 30, 40, 46, 52, 60, 70, 78, 90
@@ -63,7 +63,7 @@ class Climate(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """A look: how glsl/shade/cover.glsl colours the land, and the climate; None takes the climate of the place."""
+    """A look: the colouring in glsl/shade/cover.glsl, and the climate; None for the climate of the map's place."""
 
     shader: int
     climate: Climate | None
@@ -84,7 +84,7 @@ NAMES = (AUTO, *LOOKS)
 
 
 def look_of(heightmap: Heightmap) -> str:
-    """The look that "auto" stands for: by the map's own description, else by its place."""
+    """The look for "auto": from the map's own description, else from its place."""
     if heightmap.look != AUTO:
         return heightmap.look
     if not is_of_earth(heightmap):
@@ -95,7 +95,7 @@ def look_of(heightmap: Heightmap) -> str:
 
 
 def is_of_earth(heightmap: Heightmap) -> bool:
-    """Whether a map may be of the Earth: by its coordinate system, else by its heights."""
+    """Whether a map may be of the Earth. Its coordinate system decides; if it has none, its heights decide."""
     return _is_earth(heightmap.place.crs) if heightmap.place else heightmap.of_earth
 
 
@@ -113,7 +113,7 @@ def climates(heightmap: Heightmap, look: str) -> tuple[Climate, ...]:
 
 @lru_cache(maxsize=64)
 def _corners(place: Place) -> tuple[tuple[float, float], ...] | None:
-    """Longitude and latitude of the posts in the corners, as the climates; None where they are unknown."""
+    """Longitude and latitude of the map's corners, in the order of `climates`; None if they are unknown."""
     cols, rows = place.georeference.size
     east, north = place.spacing_m
     at = [(x, y) for y in ((rows - 1) * north, 0.0) for x in (0.0, (cols - 1) * east)]
@@ -137,7 +137,7 @@ def _is_earth(crs: str | None) -> bool:
 
 @lru_cache(maxsize=64)
 def climate_of(latitude: float, longitude: float | None = None) -> Climate:
-    """The climate of a place on the Earth, degrees north and east; without a longitude, of land with rain."""
+    """The climate of a place on the Earth, in degrees north and east. Without a longitude, the land is not dry."""
     trees, snow = (float(np.interp(abs(latitude), _LATITUDES, metres)) for metres in (_TREES_M, _SNOW_M))
     return Climate(trees, snow, 0.0 if longitude is None else _dryness(latitude, longitude))
 

@@ -44,7 +44,7 @@ class HeightSums(RecordedTable):
 
 
 def towards_sun(azimuth_deg: float, elevation_deg: float) -> Vector:
-    """Unit vector east, north, up; azimuth clockwise from north."""
+    """Unit vector (east, north, up) towards the sun; the azimuth is clockwise from north."""
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
     flat = math.cos(elevation)
     return flat * math.sin(azimuth), flat * math.cos(azimuth), math.sin(elevation)

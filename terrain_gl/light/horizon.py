@@ -1,8 +1,8 @@
-"""Visibility: how much of the sky's lobes and of the sun each place sees, in summed-area tables.
+"""Visibility: the shares of the sky's lobes and of the sun that each place sees, in summed-area tables.
 
 A sweep finds the horizon of every post in 16 azimuths (glsl/horizon/sweep.comp). From the horizons we compute the
 visible share of each sky lobe, one texel for 3 × 3 cells (fold.comp). The sun has its own horizon and table
-(sunlit.comp): if it moves, only these are built again. Python twins: `reference.horizon`.
+(sunlit.comp). If the sun moves, only these are built again. Python twins: `reference.horizon`.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Sweep:
         self.ctx = terrain.ctx
         self.terrain = terrain
         self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
-        self._hulls: moderngl.Buffer | None = None  # scratch, from the first run to `rest`: new memory is slow
+        self._hulls: moderngl.Buffer | None = None  # scratch memory, kept until `rest`, because new memory is slow
 
     def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
         """Write the horizons' sines in the lattice direction `towards` (see `lattice_direction`) to a layer."""
@@ -298,8 +298,8 @@ class SunVisibility:
 class Visibility:
     """Shadows for shading: tables over the map for the sky's lobes and for the sun, built when first used.
 
-    An edit changes the horizons of all places that see the edited ground. So after an edit whole tables are built
-    again, when they are next used.
+    An edit changes the horizons of all places that see the edited ground. So after an edit, whole tables are built
+    again when they are next used.
 
     Parameters
     ----------
@@ -327,7 +327,7 @@ class Visibility:
         return {"LOBES": len(self.sky.axes), "TEXEL": TEXEL, "FULL": f"{FULL}.0"}
 
     def follow(self, sun: Vector, radius: float = SUN_RADIUS, progress: Progress | None = None) -> None:
-        """Build what is missing for this sun: a unit vector, and the disc's angular radius in radians."""
+        """Build missing tables for a sun, given as a unit vector and the disc's angular radius in radians."""
         heightmap = self.sky.terrain.heightmap
         for share in self.follow_steps(sun, radius, heightmap.rows * heightmap.cols):
             if progress:
@@ -335,7 +335,7 @@ class Visibility:
                 progress(share)
 
     def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Steps[None]:
-        """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
+        """Incremental `follow`, about `posts` posts a step; yields progress 0 to 1, or nothing if none is missing."""
         edits = self._edits
         if self._at is None or self._at != (sun, radius) or self._sun_of != edits:
             for share in self.sun.build_steps(sun, radius, posts):

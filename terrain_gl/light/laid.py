@@ -124,7 +124,7 @@ def _whole(path: str, name: str, most_side: int) -> np.ndarray:
 
 
 def holds_values(path: str) -> bool:
-    """Whether a file holds one band of floats or signed integers, so numbers and no colours."""
+    """Whether a file holds one band of floats or signed integers: these are values, not colours."""
     name = os.fsencode(path).decode("utf-8", "replace")
     try:
         check_input(path, "name a picture")
@@ -134,12 +134,12 @@ def holds_values(path: str) -> bool:
                     return raster.count == 1 and np.dtype(raster.dtypes[0]).kind in "fi"
         raster = open_oiio(path, name)
         return bool(raster.colours == 1 and np.dtype(raster.dtype).kind in "fi")
-    except TerrainError:  # whoever reads the file says what is wrong
+    except TerrainError:  # the function that reads the file will report the error
         return False
 
 
 def is_albedo(path: str) -> bool:
-    """Whether all values of a raster of one band are from 0 to 1, so they may be the share of light that returns."""
+    """Whether all values of a raster of one band are from 0 to 1: then they may be albedos."""
     draped = read_values(path)
     there = draped.values[draped.covered > 0]
     return bool(there.min() >= 0 and there.max() <= 1)
@@ -159,7 +159,7 @@ def _placed(path: str, name: str) -> Iterator[Any]:
 
 
 def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.ndarray:
-    """(rows, cols, 4) of a picture, resampled to the map, read a few rows at a time."""
+    """A picture resampled to the map, (rows, cols, 4). It is read a few rows at a time."""
     import rasterio
 
     if rasterio.enums.ColorInterp.palette in picture.colorinterp:
@@ -176,7 +176,7 @@ def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.nda
 def _resampled(
     picture: Any, name: str, onto: Georeference, most_side: int, bands: int, weighted: Callable[..., np.ndarray]
 ) -> np.ndarray:
-    """Means over texels of what `weighted` makes of pixels and of the share of them that is covered."""
+    """Means over texels of the results of `weighted`, a function of pixels and of their covered shares."""
     import rasterio
     from rasterio.vrt import WarpedVRT
 
@@ -206,7 +206,7 @@ def _resampled(
 
 
 def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict[str, Any]:
-    """Arguments of WarpedVRT: the map's extent at the picture's resolution, n × n pixels a texel."""
+    """Arguments of WarpedVRT: the map's extent at the picture's resolution, with n × n pixels for each texel."""
     import rasterio
     from rasterio.warp import transform_bounds
 

@@ -30,7 +30,7 @@ from .sky import Sky, black_sky, clear_sky, read_sky
 
 # Displayed brightness of a surface in full light: the log mean of the bundled default view becomes 0.18, mid-grey.
 KEY = 13.0
-ADAPTATION = 0.83  # how much the eye adapts to the light; with 1, night would look as bright as noon
+ADAPTATION = 0.83  # strength of the eye's adaptation to the light; with 1, night would look as bright as noon
 NO_HAZE_M = 1e18
 DUSK = 2.0  # irradiance when the sun has just set
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
@@ -78,8 +78,8 @@ class Lighting:
     """
 
     has_lobes = True  # whether there are tables of the ground's lobes
-    missing = 0  # pages of a paged map in the picture without their own light
-    is_coming = False  # whether there will be more light, without a change of the look
+    missing = 0  # for a paged map: number of pages in the picture that have no light of their own
+    is_coming = False  # whether more light will come without a change of the look
 
     def __init__(self, terrain: Terrain, sums: HeightSums, printed: int = 0) -> None:
         self.ctx = terrain.ctx
@@ -150,7 +150,7 @@ class Lighting:
         look: str | Ramp = AUTO,
         posts: int = PORTION,
     ) -> Steps[None]:
-        """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
+        """Incremental `follow`, about `posts` posts a step; yields progress 0 to 1, or nothing if none is missing."""
         self._lobes_wanted += self.cover.take_look(look)
         version = None if material is None else (Version.of(path_of(material)), material)
         place = self.terrain.heightmap.georeference
@@ -185,9 +185,10 @@ class Lighting:
         return self.sky is not None and self.visibility.is_there
 
     def rehearse(self) -> bool:
-        """Run all passes that make light, once, for nothing; returns whether they ran.
+        """Run all passes that make light once, so that they are compiled; returns whether they ran.
 
-        A flight that never waits would compile them in the middle. Other maps have light before their first picture.
+        Only a paged map needs this: otherwise a flight that never waits would compile them on its way. Other maps have
+        light before their first picture.
         """
         return False
 
@@ -245,12 +246,12 @@ class Lighting:
 
 
 def exposure(sky: Sky) -> float:
-    """The factor from light to displayed brightness. It is smaller in bright light, like the pupil of an eye."""
+    """The factor from light to displayed brightness. Like the pupil of an eye, it is smaller in bright light."""
     lights = sky.lights
     from_sun = float(lights.sun["integral"] * lights.sun["amplitude"] @ LUMINANCE)
     from_sky = float((lights.sky["integral"] * (lights.sky["amplitude"] @ LUMINANCE)).sum())
     light = max(from_sun + from_sky, 1e-6)
-    dim = min(light / DUSK, 1.0)  # below dusk the eye adapts less: nights stay dark
+    dim = min(light / DUSK, 1.0)  # in less light than at dusk, the eye adapts less, so nights stay dark
     return KEY / FULL_LIGHT * (FULL_LIGHT / light) ** ADAPTATION * dim ** (0.5 * ADAPTATION)
 
 

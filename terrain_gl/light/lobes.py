@@ -25,7 +25,7 @@ HOLLOW = 8  # the cover of a cell depends on posts up to this far away: boxes in
 
 
 class Cover:
-    """What the ground is covered with: a look of the land, or a picture of the ground."""
+    """The cover of the ground: a look of the land, or a picture of the ground."""
 
     def __init__(self, terrain: Terrain) -> None:
         self.ctx = terrain.ctx
@@ -51,7 +51,7 @@ class Cover:
         return RAMP if self.ramp else LOOKS[self.look].shader
 
     def take_picture(self, albedo: np.ndarray | None) -> None:
-        """Use a picture of linear albedo, north up, over the whole map; None: the map's own cover.
+        """Use a picture of linear albedo, north up, over the whole map; with None, the look of the land.
 
         Parameters
         ----------

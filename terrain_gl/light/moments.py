@@ -41,7 +41,10 @@ def sector_moments(
 
 
 def moment_texels(moments: np.ndarray, printed: int = 0) -> np.ndarray:
-    """(rows, texels, 4) float32, a row for each azimuth and sine: x, y, z of all lobes; ∫ SG dω if `printed` ≥ 2."""
+    """Texels of moments, (rows, texels, 4) float32, a row for each azimuth and sine.
+
+    A row has x, y, z of all lobes; with `printed` ≥ 2, ∫ SG dω instead.
+    """
     values = moments[..., 3:].repeat(3, -1) if printed >= 2 else moments[..., :3]
     numbers = 3 * moments.shape[2]
     texels = np.zeros((moments.shape[0] * moments.shape[1], -(-numbers // 4) * 4), "f4")
@@ -50,9 +53,9 @@ def moment_texels(moments: np.ndarray, printed: int = 0) -> np.ndarray:
 
 
 def open_shares(sharpness: np.ndarray) -> np.ndarray:
-    """(K, COSINES + 1): ∫ SG ⟨n, ω⟩ dω / ∫ SG dω, for n · axis from -1 to 1; ⟨⟩ is the cosine, at least 0.
+    """C of glsl/horizon/fold.comp: ∫ SG ⟨n, ω⟩ dω / ∫ SG dω for n · axis from -1 to 1, (K, COSINES + 1).
 
-    C of glsl/horizon/fold.comp.
+    ⟨n, ω⟩ is the cosine, at least 0.
     """
     x = -1 + (np.arange(256) + 0.5) / 128
     phi = (np.arange(64) + 0.5) * np.pi / 64

@@ -1,6 +1,6 @@
 """Colour ramps of values: the ramp's name, the range that it shows, and its colours in linear light.
 
-A diverging ramp is for differences: its middle is white, and by default it is 0. The other ramps are for all else.
+A diverging ramp is for differences: its middle is white, and by default stands for 0. Other ramps are for other values.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Ramp(NamedTuple):
         return np.array([list(bytes.fromhex(colour)) for colour in _SRGB[self.name].split()], np.uint8)
 
     def colours(self, values: np.ndarray) -> np.ndarray:
-        """(..., 3) float32 linear colours of values (...); those beyond the range have the colours of its ends."""
+        """Linear colours (..., 3) float32 of values (...). Values beyond the range have the colours of its ends."""
         stops = linear_from_srgb(self.srgb)
         at = np.clip((values.astype(np.float64) - self.low) / (self.high - self.low), 0, 1) * (len(stops) - 1)
         places = np.arange(len(stops))
@@ -84,8 +84,8 @@ def ramp_for(low: float, high: float, name: str = AUTO, asked: Range | None = No
     name
         One of `NAMES`; "auto" is "diverging" if there are values on both sides of 0.
     asked
-        The values at the ends; by default `low` and `high`, and for a diverging ramp as far from 0 on both sides; they
-        are rounded outwards to two digits.
+        The values at the ends. By default they are `low` and `high`; for a diverging ramp they are as far from 0 on
+        both sides. They are rounded outwards to two digits.
     """
     if name == AUTO:
         is_difference = (low < 0 < high) if asked is None else asked[0] < 0 < asked[1]

@@ -1,4 +1,4 @@
-"""A summed-area table with the kernel that writes its values: of heights, and of the ground's lobes."""
+"""A summed-area table with the kernel that writes its values. The tables of heights and of lobes are of this kind."""
 
 from __future__ import annotations
 

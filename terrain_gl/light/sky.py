@@ -128,7 +128,7 @@ def shaded_light(normals: np.ndarray) -> np.ndarray:
 
 
 def slopes(count: int, steepest_deg: float = 80.0) -> np.ndarray:
-    """(count, 3) normals of ground: slopes spread evenly from 0 to `steepest_deg`, azimuths by the golden angle."""
+    """Normals of ground, (count, 3): slopes are even from 0 to `steepest_deg`, azimuths follow the golden angle."""
     i = np.arange(count) + 0.5
     tilt = np.radians(steepest_deg) * i / count
     turn = math.pi * (1 + 5**0.5) * i
@@ -173,7 +173,8 @@ def read_sky(path: str | os.PathLike[str]) -> Sky:
     Raises
     ------
     TerrainError
-        Not a readable picture, not twice as wide as high, 8-bit colours, or values that are negative or not finite.
+        The file is not a readable picture or not twice as wide as high; or it has 8-bit colours, or values that are
+        negative or not finite.
     """
     pixels = read_image(path, MOST_PIXELS)
     rows, cols = pixels.shape[:2]
@@ -220,7 +221,7 @@ def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _dome_of_equirectangular(light: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Sample a picture's rows at a dome's elevations; average neighbouring columns if the picture has more."""
+    """Sample a picture's rows at a dome's elevations. If the picture has more columns, average neighbours."""
     rows, cols = light.shape[:2]
     step = max(1, cols // shape[1])
     narrow = light[:, : step * (cols // step)].reshape(rows, -1, step, 3).mean(2)

@@ -18,7 +18,7 @@ def sun_position(time: datetime, latitude_deg: float, longitude_deg: float = 0.0
     Parameters
     ----------
     time
-        With a time zone: an instant. Without: local mean solar time, in which the sun is highest at about twelve.
+        With a time zone, an instant. Without one, local mean solar time, in which the sun is highest at about twelve.
     latitude_deg, longitude_deg
         North and east are positive. The longitude only matters if `time` has a time zone.
 

@@ -43,7 +43,7 @@ def build(
     tell: Callable[[WindowedRaster], None] | None = None,
     look: str = "auto",
 ) -> dict[str, Any]:
-    """Build a store beside a map of any size. The source is read once, window by window, and does not change.
+    """Build a store of a map of any size. The source is read once, window by window, and is never written.
 
     Parameters
     ----------
@@ -51,19 +51,19 @@ def build(
         A file, a list of files on one grid, a DataArray of xarray, or any 2-D object with `shape` and slices, such as a
         Dask array. An object may have `spacing_m`.
     output
-        The store's folder. One that was begun from the same source is continued.
+        The store's folder. If it holds an unfinished store of the same source, the build continues.
     spacing_m
         Metres between posts; by default the spacing in the source, else 1.
     reading
         How values of files are converted to metres.
     fill_m
-        A height that void posts get, to be land; without it they stay voids, and the store knows them.
+        A height for all void posts, which then are land. Without it they stay voids, and the store marks them.
     workers, address
-        Number of processes of this machine; or the address of a Dask scheduler.
+        Number of processes on this machine; or the address of a Dask scheduler.
     tile, shard
-        Posts a side of a tile, and of the part that one task writes; powers of two.
+        Posts along a side of a tile, and along a side of a shard, which one task writes; powers of two.
     tell
-        Called with the opened source before the work; its `notes` say how it was interpreted.
+        Function that gets the opened source before the work begins; its `notes` say how it was interpreted.
     look
         How the land is coloured by default: `Heightmap.look`.
 
@@ -182,7 +182,7 @@ class BuildJournal:
 
     @property
     def voids(self) -> int:
-        """Posts without data."""
+        """Number of posts without data."""
         return sum(found["voids"] for found in self._of_source())
 
     @property
@@ -208,7 +208,7 @@ class BuildJournal:
             file.write(json.dumps([task, result]) + "\n")
 
     def finish(self) -> dict[str, Any]:
-        """Write the store's description, and remove what only the build needed."""
+        """Write the store's description, and remove the files that only the build needed."""
         job = self.job
         checks = self._checks()
         shards = of_source(job.pyramid)

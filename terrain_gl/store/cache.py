@@ -2,11 +2,11 @@
 
     $XDG_CACHE_HOME/terrain-gl/stores/KEY/map.zarr      by default under ~/.cache (XDG Base Directory Specification 0.8)
                                       KEY/source.json   the raster; its time is that of the last use
-                                      KEY.lock          held by all that use the store
-                                      limit.json        bytes of all stores, at most
+                                      KEY.lock          held by all processes that use the store
+                                      limit.json        the most bytes that all stores may take
 
 KEY is a hash of the raster's files, with sizes and times, of the options that it is read with, and of the version. If
-the stores take more than the limit, those whose last use is longest ago are removed, but none that is in use.
+the stores take more than the limit, the least recently used ones are removed, but none that is in use.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def key_of(path: str, reading: Reading, spacing_m: float | Spacing | None) -> st
 
 
 def is_possible() -> bool:
-    """Whether stores can be made."""
+    """Whether stores can be made on this machine."""
     try:
         zarr_library()
     except TerrainError:
@@ -81,7 +81,7 @@ def stored(
     spacing_m: float | Spacing | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> StoredMap:
-    """The store of a raster, which is built at first use. Other processes keep it while this one lives.
+    """The store of a raster, which is built at its first use. While this process lives, no other one removes it.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def stored(
 
 
 def entries() -> list[CachedStore]:
-    """All stores, the one that was used last first."""
+    """All stores, the most recently used first."""
     found = []
     for place in folder().glob("*/"):
         source = place / _SOURCE
@@ -144,7 +144,7 @@ def shrink(most_bytes: int | None = None) -> None:
 
 
 def limit() -> int:
-    """Bytes of all stores, at most."""
+    """The most bytes that all stores may take."""
     try:
         return int(json.loads((folder() / _LIMIT).read_text("utf-8"))["bytes"])
     except (OSError, ValueError, KeyError, TypeError):
@@ -184,7 +184,7 @@ def _bytes_of(place: Path) -> int:
 
 @contextlib.contextmanager
 def _alone(place: Path) -> Iterator[bool]:
-    """Lock a store, if nobody uses it."""
+    """Lock a store; yields False if another process uses it."""
     try:
         lock = os.open(f"{place}.lock", os.O_RDWR | os.O_CREAT, 0o666)
     except OSError:

@@ -7,8 +7,8 @@
 
     checks      a checksum of each tile of all these arrays (store/tiles.py)           (n)
 
-Errors are `cut_m` of glsl/error/nodes.glsl, bit for bit. A tile that was never written, or whose checksum does not fit,
-is missing.
+Errors are `cut_m` of glsl/error/nodes.glsl, bit for bit. A tile counts as missing if it was never written, or if its
+checksum is wrong.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were 
     "marks": ("uint8", 0, 1),
 }
 _OF_POSTS = ("heights", "marks")  # the other fields are of nodes
-_TOLD_MISSING = ("heights", "errors")  # fields whose entries say if they were never written
+_TOLD_MISSING = ("heights", "errors")  # fields in which entries that were never written have a value of their own
 
 
 def fields_of(level: int, is_marked: bool) -> Iterator[str]:
@@ -115,7 +115,7 @@ class Arrays:
         self._array(name, level)[(Ellipsis, *where)] = values
 
     def read(self, name: str, level: int, where: Area) -> np.ndarray:
-        """Read an area, with all words of records.
+        """Read an area, with all words of each entry.
 
         Raises
         ------
@@ -133,7 +133,7 @@ class Arrays:
         return values
 
     def called(self, name: str, level: int, where: Area) -> str:
-        """An area in words."""
+        """The name of an area in messages."""
         rows, cols = where
         where_ = f"rows {rows.start} to {rows.stop - 1}, columns {cols.start} to {cols.stop - 1}"
         return f"{self.path}: {name}/{level}, {where_}"
@@ -149,7 +149,7 @@ class Arrays:
         Raises
         ------
         TerrainError
-            They cannot be read.
+            The checksums cannot be read.
         """
         try:
             return np.asarray(zarr_library().open_array(str(self.path / "checks"), mode="r", zarr_format=3)[:])
@@ -193,7 +193,7 @@ def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     TerrainError
-        It is no store, an unfinished one, or one of a later version.
+        The folder holds no store, an unfinished store, or a store of a later version.
     """
     name = os.fspath(path)
     try:
@@ -216,7 +216,7 @@ def describe(
     range_m: tuple[float, float],
     georeference: Georeference | None,
 ) -> dict[str, Any]:
-    """The part of `write_about` that `pyramid_of` and `georeference_of` read again."""
+    """The part of a store's description that `pyramid_of` and `georeference_of` read."""
     place = {"transform": list(georeference.grid), "crs": georeference.crs} if georeference else None
     return {
         "name": name,
@@ -245,7 +245,7 @@ def zarr_library() -> Any:
     Raises
     ------
     TerrainError
-        It is not installed, or older than 3.
+        zarr is not installed, or older than 3.
     """
     try:
         import zarr

@@ -1,4 +1,4 @@
-"""What all tasks of a build share, and the files that they leave for each other."""
+"""Data that all tasks of a build share, and the files by which they pass on results."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class Task(NamedTuple):
 
 @dataclass(frozen=True)
 class BuildJob:
-    """What all tasks of a build share.
+    """Data that all tasks of a build share.
 
     Attributes
     ----------
     path
         The store's folder.
     fill_m
-        The height of void posts, which are land then; None if they stay voids.
+        A height for all void posts, which then are land; None if they stay voids.
     look, assumes_spacing
         Attributes of the map: `Heightmap`.
     range_m
@@ -69,7 +69,7 @@ class BuildJob:
         return Arrays(self.path, self.pyramid)
 
     def write(self, name: str, level: int, where: Area, values: np.ndarray) -> dict[str, Any]:
-        """Write whole shards; returns what is noted of their tiles: field, level, first row and column, checksums."""
+        """Write whole shards; returns the checksums of their tiles, with field, level, first row and column."""
         self.arrays.write(name, level, where, values)
         noted = checksums(values, self.pyramid.tile).tolist()
         return {"checks": [[name, level, where[0].start, where[1].start, noted]]}
@@ -81,7 +81,7 @@ class BuildJob:
 
 
 def write_part(path: Path, values: np.ndarray | dict[str, np.ndarray]) -> None:
-    """Write a file for other tasks, one array or several with names, as a whole or not at all."""
+    """Write a file for other tasks: one array, or several with names. It appears only when it is complete."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_suffix(".partial")
     with open(beside, "wb") as file:

@@ -65,7 +65,7 @@ class StoredMap(PagedMap):
         return int(OF_TILES * self.memory_bytes)
 
     def limit(self, gpu_bytes: int, memory_bytes: int) -> None:
-        """Set how much memory its tiles may take."""
+        """Set how much memory the map's tiles may take."""
         self.gpu_bytes = gpu_bytes
         self.memory_bytes = memory_bytes
         self.tiles.most_bytes = self._most_bytes
@@ -95,7 +95,7 @@ class StoredMap(PagedMap):
         return self.tiles.area("heights", level, (rows, cols))
 
     def lattice_marks(self, level: int, rows: slice, cols: slice) -> np.ndarray | None:
-        """Marks of posts of a level's lattice; None for a map without."""
+        """Marks of posts of a level's lattice; None for a map without marks."""
         return self.tiles.area("marks", level, (rows, cols)) if self.is_marked else None
 
 

@@ -1,4 +1,4 @@
-"""Run tasks in this process, in several processes, or on a Dask cluster; results come as tasks end, or in order."""
+"""Run tasks in this process, in several processes, or on a Dask cluster. Results come as tasks end, or in order."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from ..basics.exceptions import TerrainError
 from ..readers.raster import one_line
 
 CONNECT = "20s"  # longest wait for a scheduler's answer
-TRIES = 4  # times that a task is tried whose worker dies
-GRACE_S = 5.0  # how long a process may go on with its task at the end
-AHEAD = 2  # tasks for each worker that are begun before their results are due
+TRIES = 4  # how often a task is tried if its worker dies
+GRACE_S = 5.0  # at the end, a process may go on with its task for this long
+AHEAD = 2  # tasks for each worker that are begun before their results are needed
 Perform = Callable[[Any, Any], Any]  # from a job and a task to a result
 
 
 @dataclass
 class Begun:
-    """A task, and what will have its result."""
+    """A task that was begun, and the future that will have its result."""
 
     task: Any
     future: Any
@@ -70,7 +70,7 @@ class Processes:
                 future.cancel()
 
     def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
-        """Results in the order of their tasks. If a process dies, other ones do its tasks."""
+        """Results in the order of their tasks. If a process dies, other processes do its tasks."""
 
         def begin(task: Any) -> Any:
             try:
@@ -83,7 +83,7 @@ class Processes:
         return _in_order(tasks, begin, lambda: self._workers, BrokenProcessPool)
 
     def close(self) -> None:
-        """End the processes. They may finish a task, but not wait for a lock that a killed process has left behind."""
+        """End the processes. They may finish a task, but no longer than `GRACE_S`: a killed process may hold a lock."""
         ending = threading.Thread(target=self._pool.shutdown, kwargs={"wait": True, "cancel_futures": True})
         ending.start()
         ending.join(GRACE_S)
@@ -138,7 +138,7 @@ class Cluster:
         return self._client.submit(perform, job, task, pure=False, retries=TRIES - 1)
 
     def _count(self) -> int:
-        """Threads of all workers, now."""
+        """Present number of threads of all workers."""
         return sum(self._client.nthreads().values())
 
 
@@ -170,7 +170,7 @@ def _in_order(
 
 
 def _first_result(begun: deque[Begun], begin: Callable[[Any], Any], died: type[Exception]) -> Any:
-    """The result of the first task; tasks whose worker has died begin again."""
+    """The result of the first task. A task whose worker has died begins again."""
     for _ in range(TRIES):
         try:
             return begun[0].future.result()
@@ -182,7 +182,7 @@ def _first_result(begun: deque[Begun], begin: Callable[[Any], Any], died: type[E
 
 
 def _begin_process(lifeline: Connection) -> None:
-    """In a new process: leave Ctrl-C to the process that began it, and end when that one closes its end of a pipe."""
+    """Prepare a new process: it ignores Ctrl-C, and ends when its parent closes the other end of a pipe."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 

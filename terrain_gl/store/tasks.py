@@ -1,6 +1,6 @@
 """The tasks of a build: each writes whole shards, and depends only on finished phases.
 
-    heights 0     read a window of the source, check it, write it; its voids go to a file of their own
+    heights 0     read a window of the source, check it, write it; the voids go to a file of their own
     water 0       find the water of the whole map (water.py)
     voids 0       halve the known heights of a shard a few times       }
     voids 1       fill the coarsest of these levels, of the whole map  }  only if the map has voids (voids.py)
@@ -8,10 +8,10 @@
     voids 3       write the filled shard                               }
     marks l       bits of posts and nodes, if the map has voids or water
     heights l     every other post of level l − 1
-    errors 0      records of all nodes over one shard of posts; those of coarse levels go to a file of their own
+    errors 0      records of all nodes over one shard of posts; records of coarse levels go to a file of their own
     errors l      a shard of a coarse level, from these files
 
-A killed task leaves its shard unchanged or complete; the task is done again.
+A killed task leaves its shard either unchanged or complete. The task is then done again.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ def of_source(pyramid: StoreSizes) -> list[Task]:
 
 
 def of_all(pyramid: StoreSizes) -> list[Task]:
-    """The second phase: what is known when all heights are read."""
+    """The second phase: tasks that need all heights."""
     return [Task("water", 0, 0, 0)]
 
 
 def phases(pyramid: StoreSizes, with_voids: Iterable[Task], is_marked: bool) -> Iterator[list[Task]]:
-    """All further tasks, phase by phase; the tasks of a phase do not depend on each other.
+    """All further tasks, phase by phase. The tasks of a phase do not depend on each other.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def read_source(job: BuildJob, task: Task) -> dict[str, Any]:
 
 
 def thin_out(job: BuildJob, task: Task) -> dict[str, Any]:
-    """Write a level's heights: every other post of the finer level, and the last one of each row and column."""
+    """Write a level's heights: every other post of the finer level, and the last post of each row and column."""
     pyramid = job.pyramid
     arrays = job.arrays
     where = area(pyramid.posts(task.level), pyramid.shard, (task.row, task.col))
@@ -154,7 +154,7 @@ def mark(job: BuildJob, task: Task) -> dict[str, Any]:
 
 
 def mark_coarser(job: BuildJob, task: Task) -> dict[str, Any]:
-    """Write a level's marks, from those of the finer level."""
+    """Write a level's marks, computed from the marks of the finer level."""
     pyramid = job.pyramid
     where = area(pyramid.posts(task.level), pyramid.shard, (task.row, task.col))
     finer = pyramid.posts(task.level - 1)

@@ -1,6 +1,6 @@
-"""Tiles of a store, verified: each is compared with the checksum that was noted when the store was built.
+"""Tiles of a store, verified: each is compared with the checksum that was stored when the store was built.
 
-The checksum is of the values (CRC-32), and it belongs to one place of one store. So it finds errors that the checksum
+The checksum is one of the values (CRC-32), and is kept for one place of one store. So it finds errors that the checksum
 inside a shard cannot find: a tile of another place, or of an earlier store. The store's description has a hash of the
 list of all checksums.
 """
@@ -64,7 +64,7 @@ class Checks:
         self.of = {at: part.reshape(shape) for (at, shape), part in zip(shapes.items(), parts, strict=True)}
 
     def note(self, name: str, level: int, where: Area, noted: np.ndarray, tile: int) -> None:
-        """Note the checksums of an area that begins with a whole tile."""
+        """Store the checksums of an area that begins with a whole tile."""
         row, col = (s.start // tile for s in where)
         _, rows, cols = noted.shape
         self.of[name, level][:, row : row + rows, col : col + cols] = noted
@@ -81,7 +81,7 @@ class Tiles:
     Parameters
     ----------
     most_bytes
-        Memory for them, at most.
+        The most memory that tiles may take.
     """
 
     def __init__(self, arrays: Arrays, checks: Checks, most_bytes: int) -> None:
@@ -94,7 +94,7 @@ class Tiles:
         self._lock = threading.Lock()
 
     def area(self, name: str, level: int, where: Area) -> np.ndarray:
-        """Values of an area, (rows, cols); of ranges (2, rows, cols).
+        """Values of an area, (rows, cols); for ranges (2, rows, cols).
 
         Raises
         ------

@@ -1,10 +1,10 @@
-"""Voids of a source, filled as those of a map in memory are (`terrain.filling`), bit for bit, shard by shard.
+"""Fill the voids of a source shard by shard, with the same bits as for a map in memory (`terrain.filling`).
 
-halve            known heights of a shard, on levels that are half as large each: means of 2 × 2 posts
+halve            known heights of a shard, on levels of half the size each: means of 2 × 2 posts
 fill_coarsest    the coarsest of these levels, of the whole map: a shard has `SIDE` posts a side there
 fill             a shard, from the coarsest level down: each level needs `AROUND` filled posts around the shard,
-                 and twice as many known ones
-replace          write the filled shard, when no other one reads it any more
+                 and twice as many known posts
+replace          write the filled shard, when no other task needs the unfilled heights
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ assert AROUND >= SWEEPS + 2 and SIDE >= 2 * AROUND  # neighbours have all that a
 
 
 def note(job: BuildJob, task: Task, void: np.ndarray) -> None:
-    """Note the voids of a shard."""
+    """Store the voids of a shard in a file."""
     bits = {"bits": np.packbits(void), "shape": np.array(void.shape)}
     write_part(job.parts / f"void.{task.row}.{task.col}.npz", bits)
 
 
 def of_area(job: BuildJob, where: Area) -> np.ndarray:
-    """(rows, cols) bool, the voids of an area of posts."""
+    """Voids of an area of posts, (rows, cols) bool."""
     rows, cols = where
     found = np.zeros((rows.stop - rows.start, cols.stop - cols.start), bool)
     for at, mine, part in _shards_over(where, job.pyramid.shard):
@@ -45,7 +45,7 @@ def of_area(job: BuildJob, where: Area) -> np.ndarray:
 
 
 def halve(job: BuildJob, task: Task) -> dict[str, Any]:
-    """Note the known heights of a shard on all levels up to the coarsest."""
+    """Store the known heights of a shard on all levels up to the coarsest, in files."""
     known = _known(job, area(job.pyramid.posts(0), job.pyramid.shard, (task.row, task.col)))
     levels = {}
     for level in range(1, _coarsest(job.pyramid) + 1):
@@ -128,7 +128,7 @@ def _known(job: BuildJob, where: Area, level: int = 0) -> np.ndarray:
 
 
 def _shards_over(where: Area, side: int) -> list[tuple[tuple[int, int], Area, Area]]:
-    """Each shard over an area: its row and column, the area's part in it, and its part in the area."""
+    """For each shard over an area: its row and column, and their common part, in the shard and in the area."""
     found = []
     rows, cols = where
     for row in range(rows.start // side, -(-rows.stop // side)):

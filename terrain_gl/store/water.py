@@ -1,8 +1,8 @@
-"""Water in a source's own heights, found as in a map in memory (`terrain.water`), post for post.
+"""Find the water in a source's own heights. The result is that for a map in memory (`terrain.water`), post for post.
 
 note    lowest and highest height of a shard's part of each tile
-find    which tiles are water, of the whole map
-at      which posts of an area are water
+find    the tiles of the whole map that are water
+at      the posts of an area that are in water
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .pyramid import Area, StoreSizes, area, areas
 
 
 def note(job: BuildJob, task: Task, heights: np.ndarray) -> None:
-    """Note the tiles of a shard of heights, NaN where void."""
+    """Store the lowest and highest height of each tile in a shard of heights, NaN where void."""
     pyramid = job.pyramid
     where = area(pyramid.posts(0), pyramid.shard, (task.row, task.col))
     ends: dict[str, np.ndarray] = {}
@@ -32,7 +32,7 @@ def note(job: BuildJob, task: Task, heights: np.ndarray) -> None:
 
 
 def find(job: BuildJob, task: Task) -> dict[str, Any]:
-    """Note which tiles are water."""
+    """Find the tiles that are water, and store them in a file."""
     pyramid = job.pyramid
     side = _side(pyramid)
     shape = tuple(-(-n // side) for n in pyramid.posts(0))  # with tiles that are cut by the rim
@@ -51,14 +51,14 @@ def find(job: BuildJob, task: Task) -> dict[str, Any]:
 
 
 def at(job: BuildJob, where: Area, heights: np.ndarray) -> np.ndarray | None:
-    """(rows, cols) bool, the posts in water among the heights of an area, NaN where void; None without water."""
+    """Posts in water of an area, (rows, cols) bool; None without water. `heights` are NaN where void."""
     if not job.has_water:
         return None
     return posts_at(np.load(_found(job)), heights, _side(job.pyramid), (where[0].start, where[1].start))
 
 
 def on_rim(pyramid: StoreSizes, where: Area, heights: np.ndarray) -> list[tuple[float, int]]:
-    """The heights of water on the map's rim in an area, and how many posts have each; NaN for other posts."""
+    """Heights of water at the map's rim in an area, each with its number of posts. `heights` are NaN where dry."""
     rows, cols = (np.arange(s.start, s.stop) for s in where)
     rim = np.isin(rows, (0, pyramid.rows - 1))[:, None] | np.isin(cols, (0, pyramid.cols - 1))
     levels, counts = np.unique(heights[rim & np.isfinite(heights)], return_counts=True)
@@ -66,7 +66,7 @@ def on_rim(pyramid: StoreSizes, where: Area, heights: np.ndarray) -> list[tuple[
 
 
 def sea(pyramid: StoreSizes, found: list[tuple[float, int]]) -> float | None:
-    """The height of the sea, from what `on_rim` finds; None without."""
+    """The height of the sea, from the results of `on_rim`; None if there is no sea."""
     heights = np.repeat([level for level, _ in found], [count for _, count in found])
     return sea_of(heights, 2 * pyramid.cols + 2 * (pyramid.rows - 2))
 
@@ -76,7 +76,7 @@ def _side(pyramid: StoreSizes) -> int:
 
 
 def _starts(pyramid: StoreSizes, posts: slice) -> np.ndarray:
-    """Where tiles begin among posts along an axis; the first one may have begun before."""
+    """Where tiles begin among posts along an axis. The first tile may begin before the first post."""
     side = _side(pyramid)
     inside = np.arange(-(-posts.start // side) * side, posts.stop, side) - posts.start
     return np.unique(np.concatenate([[0], inside]))
