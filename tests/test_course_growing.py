@@ -3,11 +3,13 @@
 import ast
 import re
 
+import numpy as np
 import pytest
 from courses import NUMBERS, checking, solved, solving
 
 from course import __main__, grow
 from course.shaders import missing
+from terrain_gl.basics.steps import drain
 
 
 @pytest.fixture
@@ -61,6 +63,64 @@ def test_the_last_one_draws_alpine_within_an_error(tmp_path, capsys):
     said = capsys.readouterr().out
     triangles, error_px = re.search(r"(\d+) triangles, at most ([\d.]+) px off", said).groups()
     assert 2000 < int(triangles) < 6000 and float(error_px) < 10 and out.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.fixture(scope="module")
+def entry(tmp_path_factory):
+    """Lesson 12's entry, and a right student's program."""
+    if missing():
+        pytest.skip(missing())
+    file = tmp_path_factory.mktemp("entry") / "my_terrain.py"
+    file.write_text(grow.grown(12, fill=True), encoding="utf-8")
+    return checking.load(checking.lesson(12).folder / "enter.py"), file
+
+
+def test_the_students_mesh_is_measured_as_the_projects_are(entry):
+    """The project's own mesh, drawn by the student's rasteriser, has the error that the project measures."""
+    enter, file = entry
+    mine = checking.load(file)
+    heights = mine.read(grow.MAP)
+    camera = enter.tg.Camera(eye=tuple(mine.EYE), target=tuple(mine.TARGET), fov_deg=mine.FOV_DEG)
+    with enter.tg.Renderer(enter.tg.Heightmap(heights, mine.SPACING, "map"), size=mine.SIZE) as renderer:
+        options = {"method": "quadtree", "cull": False, "near_m": enter.NEAR_M}
+        renderer.choose(camera, max_error_px=8.0, **options)
+        corners = renderer.triangles()
+        posts, which = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
+        assert (posts == posts.astype(int)).all() and len(corners) > 300
+        px = enter.errors_px(mine, camera, heights, posts.astype(int), which.reshape(-1, 3))
+        achieved = drain(renderer.inspector.measure_steps())
+    assert px.max() == pytest.approx(achieved.max_px, rel=1e-3) and px.max() > 4
+    assert np.sqrt(np.square(px).mean()) == pytest.approx(achieved.rms_px, rel=2e-3)
+
+
+def test_a_student_enters_beside_the_projects_methods(entry, tmp_path, monkeypatch, capsys):
+    """A method with the student's errors and twice the triangles needs two times as many."""
+    enter, file = entry
+
+    def curve(renderer, camera, methods, budgets, **options):
+        assert budgets == sorted(budgets) and options == {"between": False, "near_m": enter.NEAR_M}
+        assert np.allclose([camera.fov_deg, *renderer.size], [50.0, 480, 270])
+        return {name: [each | {"triangles": 2 * each["triangles"]} for each in own[0]] for name in methods}
+
+    own, yours = [], enter.yours
+    monkeypatch.setattr(enter, "yours", lambda *asked: own.append(yours(*asked)) or own[0])
+    monkeypatch.setattr(enter, "curve", curve)
+    monkeypatch.setattr(enter, "BUDGETS", (300, 1000))
+    enter.main([str(file), "-o", str(tmp_path / "curves.png")])
+    said = capsys.readouterr().out
+    for method in ("clipmap", "tessellated", "quadtree", "sat"):
+        for error in ("largest error", "RMS error"):
+            assert f"same {error}: {method} needs 2.00 times your triangles (2.00 to 2.00)" in said
+    assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
+    assert 100 < own[0][0]["triangles"] < 300  # the tree has up to 300, and some are beyond the picture
+
+
+def test_a_program_that_cannot_enter_is_one_line(entry, tmp_path):
+    enter, _ = entry
+    (tmp_path / "my_terrain.py").write_text("def mesh(heights): pass\n")
+    for name, told in (("nothing.py", "no such file"), ("my_terrain.py", "not of lesson 12")):
+        with pytest.raises(SystemExit, match=f"{name}: {told}; write it: python -m course picture 12"):
+            enter.main([str(tmp_path / name)])
 
 
 def test_wrong_use_of_picture_is_one_line(tmp_path, monkeypatch, capsys):

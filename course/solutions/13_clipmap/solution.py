@@ -29,6 +29,8 @@ def ring_origin(eye, blocks, level):
 def ring_units(eye, blocks, level):
     """13.2 Which units of a ring are drawn: those that the next finer ring does not cover. Ring 0 is whole.
 
+    The finer ring has as many blocks, and is half as wide.
+
     returns   (8 · blocks, 8 · blocks) bool, [row, column]
     """
     # solution
@@ -45,9 +47,10 @@ def ring_units(eye, blocks, level):
 def cut_error(heights):
     """13.3 C of one cell: the largest error at its posts, whatever diagonal is drawn, and whatever edges are cut.
 
-    The cell's corners are the corners of the array. Along each edge, α is how far posts lie above the straight line
-    between its ends, β how far below. At a place with the weight w of an edge, 1 on it and 0 on the opposite side:
-    the error is at most  max over edges of  max(I⁺ − h + w α, h − I⁻ + w β).
+    The cell's corners are the corners of the array. Along each edge, α is how far the highest post lies above the
+    straight line between its ends, β how far the lowest lies below it; 0 or more. At a place with the weight w of an
+    edge, 1 on it and 0 on the opposite side, the error is at most
+    max over edges of  max(I⁺ − h + w α, h − I⁻ + w β).
     I⁺ and I⁻ are the upper and the lower one of the two ways to draw the cell by a diagonal.
 
     heights   (n + 1, n + 1) metres, n a power of two; rows run to the south
@@ -75,7 +78,8 @@ def is_within(tables, limits, span_m, low, end, tile, error_m):
     tables    (64, rows + 1, cols + 1) uint8: [c, b, a] counts the tiles in the first b rows and the first a columns
               that have an error above limits[c], modulo 256
     limits    (64,) metres, falling; no error is above span_m
-    low, end  the box: posts (x, y) from low to end; it need not begin at a tile, and may stick out of the map
+    low, end  the box: the land between the posts (x, y) low and end; it need not begin at a tile, and may stick out of
+              the map. A tile that only touches the box from outside does not meet it
     tile      posts a side of a tile; the box meets 255 tiles at most, and one at least
     """
     # solution
