@@ -21,7 +21,7 @@ layout(std140, binding = 0) uniform Terrain {
     float u_low_m;         // low end of the quantisation range
     float u_span_m;        // width of the quantisation range
     int u_has_voids;
-    // where the narrow classes begin; octaves of a class above them, of a narrow one, of one below
+    // the octave at which narrow classes begin; then the octaves of one class: above them, among them, below them
     vec4 u_class_octaves;
     Level u_level[MAX_LEVELS];
 };
@@ -44,8 +44,7 @@ uint marks_at(ivec2 post) { return texelFetch(u_marks, post, 0).x; }
 uint marks_at(ivec2 post);
 #endif
 
-// By how much the height of a vertex between posts may be rounded: three interpolations in float32, each of them rounds
-// twice.
+// Largest rounding error of the height of a vertex between posts: three interpolations in float32, each rounds twice.
 float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) * exp2(-22.0); }
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
@@ -82,8 +81,8 @@ vec2 unpack_range(uint range) {
 }
 
 // --- Error classes: docs/guarantee.md, section 3 ---
-//   Class 0 has the largest limit. Limits go down from the span. There are WIDE_CLASSES down to u_class_octaves.x
-//   octaves below it, then NARROW_CLASSES of an eighth of an octave each, then wide ones again.
+//   Class 0 has the largest limit. Limits go down from the span. First come WIDE_CLASSES, down to u_class_octaves.x
+//   octaves below the span. NARROW_CLASSES of an eighth of an octave each follow, then wide ones again.
 
 float class_limit_m(int c) {
     float above = min(float(c) + 1.0, float(WIDE_CLASSES));
@@ -93,7 +92,7 @@ float class_limit_m(int c) {
     return u_span_m * exp2(-(octaves.x + octaves.y + octaves.z));
 }
 
-// The inverse: the number, with a fraction, of the class whose limit is so many octaves below the span.
+// The number, with a fraction, of the class whose limit is this many octaves below the span.
 float class_of_octave(float octave) {
     float above = min(octave, u_class_octaves.x);
     float rest = octave - above;

@@ -46,7 +46,7 @@ vec2 post_from_eye_m(ivec2 post) {
 // Reversed depth: distance of the near plane / view depth.
 float near_m() { return u_clip_from_eye[3].z; }
 
-// The eye's height in two floats is subtracted in this order: their sum is no float.
+// The eye's height is two floats, because their sum is no float. They are subtracted one after the other.
 float up_from_eye_m(float h_m) {
     precise float up_m = (h_m - u_eye_z_m) - u_eye_z_rest_m;
     return up_m;
@@ -55,7 +55,7 @@ float up_from_eye_m(float h_m) {
 // How much lower a post at this place is drawn.
 float drop_m(vec2 from_eye_m) { return u_bend_per_m * dot(from_eye_m, from_eye_m); }
 
-// The same for a place that is these fractions of the way from its post to the next one.
+// The drop of a place that is these fractions of the way from its post to the next post.
 float drop_between_m(vec2 from_eye_m, vec2 between) {
     return drop_m(from_eye_m) + dot(u_bulge_m, between * (1.0 - between));
 }

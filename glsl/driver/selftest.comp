@@ -1,6 +1,6 @@
-// driver/selftest.comp — what a driver computes, for terrain_gl/gpu/selftest.py to compare with the CPU: sums, products
-//   and sums of products that differ if a driver does not round to nearest, or fuses what is precise; then quotients,
-//   powers of two and square roots.
+// driver/selftest.comp — results of a driver, which terrain_gl/gpu/selftest.py compares with the CPU. Sums, products
+//   and sums of products differ if a driver does not round to nearest, or fuses operations that are precise.
+//   Quotients, powers of two and square roots follow.
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Operands { vec4 operand[]; };

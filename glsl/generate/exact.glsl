@@ -40,14 +40,14 @@ float soft_abs(float x, float softness) {
     return y;
 }
 
-// The smaller of two, rounded off where they differ by less than 0.1.
+// The smaller of two numbers, rounded off where they differ by less than 0.1.
 float soft_min(float a, float b) {
     precise float near = max(0.1 - abs(a - b), 0.0);
     precise float y = min(a, b) - 2.5 * near * near;
     return y;
 }
 
-// Hash of three 32-bit numbers to three (pcg3d of Jarzynski and Olano 2020, listing 2).
+// Hash of three 32-bit numbers to three others (pcg3d of Jarzynski and Olano 2020, listing 2).
 uvec3 hash(uvec3 v) {
     v = v * 1664525u + 1013904223u;
     v.x += v.y * v.z;

@@ -45,7 +45,7 @@ float above_valleys(vec2 q, float softness) {
     return sum;
 }
 
-// The same for canyons: branches are shallower than the canyons that they join, and as steep.
+// Distance from canyons. Branches are shallower than the canyons that they join, but as steep.
 float branches(vec2 q) {
     precise float nearest = 1.0;
     for (int i = 0; i < min(3, u_octaves); i++) {
@@ -100,8 +100,8 @@ vec2 rise(vec2 p, float h) {
     return y;
 }
 
-// 0 to 1. Gullies are deep on steep land, and there are none on plains;
-// each octave follows the slope of the one before.
+// Height of the land, 0 to 1. Gullies are deep on steep land, and there are none on plains.
+// Each octave of gullies follows the slope of the octave before.
 float land(vec2 p) {
     precise float h = forms(p), rough = 0.0, wavelength = 0.2, frequency = 5.0;
     precise vec2 slope = rise(p, h);

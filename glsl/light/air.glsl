@@ -6,7 +6,7 @@
 
 #include "light/dome.glsl"
 
-#define HAZE_THICKNESS 0.1  // height of the haze, as a part of u_haze_m: a steep ray leaves it soon
+#define HAZE_THICKNESS 0.1  // height of the haze, as a part of u_haze_m; a steep ray soon leaves the haze
 
 vec3 hazed(vec3 light, vec3 direction, float distance_m) {
     float within_m = distance_m / (1.0 + abs(direction.z) * distance_m / (HAZE_THICKNESS * u_haze_m));

@@ -63,14 +63,14 @@ float limb_root(float factor) { return sqrt(max(-up_from_eye_m(u_edge_m), 0.0) *
 // The sky just above the limb.
 vec3 low_sky(vec3 direction) { return sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy)))); }
 
-// The sky of the dome ends at the horizontal. Near the limb it is drawn lower, so that it reaches down to it.
+// The sky of the dome ends at the horizontal. Near the limb it is drawn lower, so that it reaches the limb.
 vec3 open_sky(vec3 direction) {
     float flat_ = length(direction.xy), dip = 2.0 * limb_root(u_bend_per_m) * flat_, up = direction.z;
     if (dip > 0.0) up = max(up + dip * exp(-0.5 * (up + dip) / dip), 0.01 * flat_);
     return sky_light(normalize(vec3(direction.xy, up))) + sun_disc(direction);
 }
 
-// How much of the sky at the horizon covers the plain: it fades with the distance, and towards the limb.
+// The share of the sky's light that covers the plain. It grows with the distance, and towards the limb.
 float plain_cover(float distance_m) {
     float towards_limb = u_bend_per_m > 0.0 ? distance_m / max(limb_root(1.0 / u_bend_per_m), 1.0) : 0.0;
     return max(smoothstep(0.7, 6.0, distance_m / u_haze_m), smoothstep(0.2, 1.0, towards_limb));

@@ -55,8 +55,8 @@ Lobe reflection_lobe(vec3 r, vec3 towards_eye) {
 
 vec3 specular_of(Lobe g, Lobe reflection) { return sg_inner_product(g, reflection); }
 
-// On rough ground facets hide each other at low angles, so it mirrors less (after Lagarde 2011, "Adopting a physically
-// based shading model").
+// On rough ground, facets hide each other at low angles, so the ground mirrors less (after Lagarde 2011, "Adopting a
+// physically based shading model").
 float schlick(float cosine, float roughness) {
     float grazing = max((1.0 - roughness) * (1.0 - roughness), F0);
     float x = 1.0 - clamp(cosine, 0.0, 1.0), x_2 = x * x;

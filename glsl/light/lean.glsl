@@ -6,8 +6,7 @@
 //   With ς = σ |o_h| and t = (o_z − o_h·s̄) / ς, the best linear approximation of w is, by Stein's lemma:
 //     w(s) ≈ W (1 − lean · (s − s̄)),    lean = o_h Φ(t) / W,    W = ς (t Φ(t) + φ(t))
 //   So a mean over the picture is the mean over the map minus lean · the covariance with the slope.
-//   Covariances are linear,
-//   and tables hold them.   σ² follows from the length of the mean normal.
+//   Covariances are linear, and tables hold them.   σ² follows from the length of the mean normal.
 // Provides slope_variance(), lean_of(), lean_over().   Python twin: reference.lean
 
 #include "light/lobes.glsl"
@@ -28,7 +27,7 @@ vec2 lean_of(vec3 normal, vec3 o) {
     return o.xy * share / max(spread * (t * share + 0.39894228 * exp(-0.5 * t * t)), 1e-4);
 }
 
-// Turn a footprint's lobes to the mean over the visible facets: n changes by −n_z with the slope.
+// Replace a footprint's lobes by their means over the visible facets. With the slope, n changes by −n_z.
 void lean_over(inout Merged m, vec2 lean) {
     vec3 turn = vec3(m.normal.z * slope_variance(m.normal) * lean, 0.0);
     vec3 leaned = m.normal + turn;

@@ -29,5 +29,5 @@ layout(std140, binding = 2) uniform Lights {
 
 Lobe light_lobe(Light l) { return Lobe(l.axis, l.sharpness, l.amplitude); }
 
-// A lobe of the sky of which only a part is visible, with land in front of the rest.
+// The light of a lobe of the sky. A share of it is visible; land is in front of the rest.
 vec3 sky_through(Light l, float visible) { return mix(l.hidden, l.amplitude, visible); }

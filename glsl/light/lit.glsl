@@ -17,7 +17,7 @@ struct Lit {
     float unshadowed;  // mean of ⟨n, sun⟩ over the footprint
     float sun;         // mean of V · ⟨n, sun⟩
     vec3 ambient;      // diffuse radiance of white ground under the sky and the surrounding land
-    vec3 mirrored;     // specular radiance of both
+    vec3 mirrored;     // specular radiance under the sky and the surrounding land
     float sky;         // mean visible fraction of the sky's lobes
 };
 
@@ -42,15 +42,15 @@ float cosine_of(Merged m, Light l) {
     return cosine_mean(l.mean_length * dot(m.normal, l.axis), min(length(m.normal), 1.0) * l.mean_length);
 }
 
-// Share of a lobe above a plane: its component along the normal is taken as Gaussian.
+// Share of a lobe above a plane. We assume that the lobe's component along the normal is Gaussian.
 float share_above(Lobe lobe, vec3 normal) {
     float k = lobe.sharpness, A = mean_length(k), c = dot(lobe.axis, normal);
     float aside = A / max(k, 1e-3), along = max(1.0 - 2.0 * aside - A * A, 0.0);
     return normal_share(A * c * inversesqrt(max(mix(aside, along, c * c), 1e-6)));
 }
 
-// The sky's lobes on white ground, and in rough mirroring ground.
-// A part of the mirror's lobe lies below the horizon or below the ground's plane, and sees land.
+// Add the sky's light: diffuse on white ground, and mirrored by rough ground.
+// The part of the mirrored lobe that is below the horizon, or below the ground's plane, sees land.
 void add_sky(inout Lit l, Ground g) {
     Lobe mirror = reflection_lobe(l.lobe.r, g.towards_eye);
     float all = 0.0, above = share_above(mirror, normalize(l.lobe.normal));
@@ -123,7 +123,7 @@ vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
         / (4.0 * max(dot(h, towards_eye), 0.05));
 }
 
-// Specular light: that of the sun, and that of the sky from add_sky().
+// Specular light: the sun's, and the sky's from add_sky().
 vec3 specular_light(Ground g, Lit l) {
     float sun_seen = l.unshadowed > 1e-3 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
     return mirrored_sun(l.lobe.r, g.towards_eye) * sun_seen + l.mirrored;

@@ -19,7 +19,7 @@ struct Merged {
     vec3 albedo;
 };
 
-// One place, for footprints smaller than a cell.
+// The lobes of one place, for footprints smaller than a cell.
 Merged merged_at(vec3 normal, Material material) {
     return Merged(normal, lobe_length(sharpness_of_roughness(material.roughness)) * normal, material.albedo);
 }

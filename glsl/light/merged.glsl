@@ -13,7 +13,7 @@
 #include "light/lobes.glsl"
 
 #ifdef PAGED
-// Not called: a program for pages has no sums.
+// Never called: a program for pages has no sums.
 Merged merged_over(vec2 post, vec2 extent, vec2 along, int pieces) { return Merged(vec3(0.0), vec3(0.0), vec3(0.0)); }
 #else
 #define LARGEST_BLOCKS 255.0  // a side of a box: 65,536 blocks of 16 bits are exact

@@ -9,7 +9,7 @@ layout(std430, binding = 3) writeonly buffer Values { int value[]; };
 
 uniform ivec2 u_first;  // first block; then columns and rows of blocks
 uniform ivec2 u_count;
-uniform int u_first_row;  // of them, in this run
+uniform int u_first_row;  // first of these rows in this run
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row);

@@ -7,10 +7,10 @@
 #include "light/lit.glsl"
 
 #define RIPPLES 3000.0  // sharpness of the ripples' lobe
-// Absorbed per metre; scattered, as a share of the light from above.
+// Share of the light that is absorbed per metre; share of the light from above that is scattered.
 const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);
 
-// How far the eye is above the water, measured where it meets the land: the water has the drop of the land there.
+// Height of the eye above the water where the ray meets the land. The water has the drop of the land there.
 float above_water_m(Ground g) { return drop_m(g.from_eye_m.xy) - up_from_eye_m(u_water_m); }
 
 bool is_under_water(Ground g) { return g.fine.height_m < u_water_m && up_from_eye_m(u_water_m) < 0.0; }
@@ -23,7 +23,7 @@ vec3 water_light(Ground g, Lit l, vec3 floor_light, out float surface_m) {
     vec3 from_above = u_sun.amplitude * (u_sun.integral / PI * max(u_sun.axis.z, 0.0) * sun_seen);
     for (int i = 0; i < SKY_LOBES; i++)
         from_above += u_sky[i].amplitude * (u_sky[i].integral / PI * max(u_sky[i].mean_length * u_sky[i].axis.z, 0.0));
-    // Down, and back refracted.
+    // Length of the light's way in the water: straight down, then back along the refracted ray.
     float deep_m = (u_water_m - g.fine.height_m) * (1.0 + 0.75 / sqrt(1.0 - 0.56 * (1.0 - slant * slant)));
     vec3 through = exp(-ABSORBED * deep_m);
     vec3 below = mix(SCATTERED * from_above, floor_light, through);

@@ -50,7 +50,7 @@ vec3 sums_of_row(uint sum[36], int row, vec3 part) {
 }
 
 // Texels turn a ramp into a staircase. A box whose sides cut steps of the staircase gives a slope that is a little
-// wrong. The result of the same box on a ramp of slope 1 is the factor that corrects it.
+// wrong. So it is divided by the result of the same box on a ramp of slope 1.
 vec3 stairs_until(vec3 x, float origin) {
     vec3 n = floor(x) - origin;
     return 0.5 * n * (n - 1.0) + n * fract(x);

@@ -1,5 +1,5 @@
-// view/gui.frag — colours of the panels: that of the vertex times that of the texture,
-//   which has glyphs and a white texel.
+// view/gui.frag — colours of the panels: the vertex's colour times the texture's. The texture has glyphs and a white
+//   texel.
 
 in vec2 v_texel;
 in vec4 v_color;

@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     # they are None if the caller has closed them; the next file that is opened would then become standard output
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: its threads wait busily, for small matrices
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: OpenBLAS threads wait busily
     if argv is None:
         for stream in (sys.stdout, sys.stderr):  # ASCII and Latin-1 lack some of our characters
             if isinstance(stream, io.TextIOWrapper):

@@ -46,7 +46,7 @@ def golden_of(args: argparse.Namespace) -> Golden | None:
 
 @dataclass
 class Verdict:
-    """The comparison of a picture with an earlier one; `patch` is drawn under the worst pixel, if it is known."""
+    """The comparison of a picture with an earlier one; `patch` is the patch under the worst pixel, if it is known."""
 
     golden: str
     found: Difference
@@ -81,7 +81,7 @@ class Verdict:
 
 
 class Golden:
-    """An earlier picture, and the rows of the new one as they come."""
+    """An earlier picture, and the rows of the new picture as they are drawn."""
 
     def __init__(self, name: str, pixels: np.ndarray) -> None:
         self.name = name
@@ -89,7 +89,7 @@ class Golden:
         self._rows: list[np.ndarray] = []
 
     def receive(self, write: Rows) -> Callable[[np.ndarray], None]:
-        """A function that keeps rows and hands them on to `write`."""
+        """A function that keeps rows and passes them on to `write`."""
 
         def keep(rows: np.ndarray) -> None:
             self._rows.append(rows[..., :3].copy())

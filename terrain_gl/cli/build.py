@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _path(args: argparse.Namespace, name: str, known: maps.BundledMap | None) -> str:
-    """The file of a map; a bundled one brings its scales."""
+    """The file of a map. For a bundled map, `args` also get its scales."""
     if known is None:
         return name
     for option, own in (("spacing", known.spacing_m), ("z_scale", known.z_scale), ("z_offset", known.z_offset_m)):

@@ -32,7 +32,7 @@ def add(commands: Any) -> None:
 
 
 def add_tolerance(command: Any) -> None:
-    """How much two pictures may differ."""
+    """Add the options for how much two pictures may differ."""
     what = f"steps of 255 that a pixel may differ (default: {EXACT.steps:g})"
     command.add_argument("--tolerance", type=values.not_negative, metavar="N", default=EXACT.steps, help=what)
     what = f"share of the pixels that may differ more, 0 to 1 (default: {EXACT.share:g})"

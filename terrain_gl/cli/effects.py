@@ -1,4 +1,4 @@
-"""What a picture does not show, although it was asked for: options without effect, and pictures without land."""
+"""Notes on requests that a picture cannot show: options without effect, and pictures without land."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _OF_LIGHT = {
     "look": AUTO,
     "water_m": None,
 }
-_NEAR = 5.0  # longer sides of the map
+_NEAR = 5.0  # an eye within this many longer sides of the map is near it
 
 
 def tell(args: argparse.Namespace, scene: CommandScene) -> None:
@@ -46,7 +46,7 @@ def tell(args: argparse.Namespace, scene: CommandScene) -> None:
 
 
 def _heights_seen(look: str, low_m: float, high_m: float) -> str:
-    """The heights that a look shows which is a ramp."""
+    """The heights that a look shows, if it is a ramp."""
     ramp = ramp_for(low_m, high_m, look)
     advice = "; --look diverging is white at 0" if look == "viridis" and low_m < 0 < high_m else ""
     return f"--look {look}: from {ramp.low:.6g} to {ramp.high:.6g} m{advice}"
@@ -82,14 +82,14 @@ def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[s
 
 
 def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
-    """How many contour lines there are; each lies a little above its height, so none is at the highest post."""
+    """Number of contour lines. Each lies a little above its height, so none is at the highest post."""
     every = asked_m or interval_m(low_m, high_m)
     return math.ceil(high_m / every) - math.ceil(low_m / every)
 
 
 def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> None:
-    """Say that no land is in the picture, and how far the eye is from the map; not if the eye is under the ground."""
-    if depth_below_ground(heightmap.coarse(), camera) > 0:  # that is told already
+    """Unless the eye is under the ground: say that no land is in the picture, and how far the map is from the eye."""
+    if depth_below_ground(heightmap.coarse(), camera) > 0:  # there is a note on that already
         return
     east, north = heightmap.extent_m
     x, y, _ = camera.eye
@@ -99,7 +99,7 @@ def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera)
 
 
 def _advice(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> str:
-    """How to name a place on the map; an eye near it by the map's own coordinates was probably meant so."""
+    """Advice on how to name a place on the map. If the eye is near it in the map's coordinates, these were meant."""
     east, north = heightmap.extent_m
     if heightmap.place and getattr(args, "coordinates", None) == "metres":
         x, y = heightmap.place.from_map(*camera.eye[:2])

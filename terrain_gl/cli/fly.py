@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
 def _record(
     recorder: Recorder, journal: FlightJournal | None, args: argparse.Namespace
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Draw and record all frames; returns the numbers of the flight, and the first frame that lacks tiles, if any."""
+    """Draw and record all frames; returns the numbers of the flight, and the first frame with missing tiles, if any."""
     scene = options.open_scene(args)
     effects.tell(args, scene)
     fov_deg = scene.camera.fov_deg if args.path or args.fov else FOV_DEG
@@ -106,7 +106,7 @@ def _count(seconds: float, fps: float) -> int:
 def _fly(
     flight: frames.Flight, recorder: Recorder, journal: FlightJournal | None
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Draw and record the frames that are not there yet; returns the numbers of each frame, and those of all frames."""
+    """Draw and record the missing frames; returns the numbers of each frame, and the numbers that all frames share."""
     numbers: list[dict[str, Any]] = []
     shared: dict[str, Any] = {}
     if journal:
@@ -124,7 +124,7 @@ def _fly(
 
 
 def _tell_jumps(numbers: list[dict[str, Any]], shared: dict[str, Any]) -> None:
-    """Note in each frame but the first how far a point may have jumped on the screen: docs/guarantee.md, section 10."""
+    """Add to each frame except the first how far a point may have jumped: docs/guarantee.md, section 10."""
     for before, frame in pairwise(numbers):
         both = [each["certified_max_error_px"] for each in (before, frame)]
         is_of_points = shared["certified_metric"] == "max" and None not in both
@@ -132,7 +132,7 @@ def _tell_jumps(numbers: list[dict[str, Any]], shared: dict[str, Any]) -> None:
 
 
 def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
-    """How many frames are outside the map, and how many under its surface."""
+    """Number of frames with the eye outside the map, and under its surface."""
     eyes = np.array(way)
     inside = np.all((eyes[:, :2] >= 0) & (eyes[:, :2] <= heightmap.extent_m), axis=1)
     try:
@@ -195,5 +195,5 @@ def _tell_what_is_left(recorder: Recorder) -> None:
 
 
 def _has_parts(output: str) -> bool:
-    """Whether a film is written in parts. Those of other formats are short."""
+    """Whether a film is written in parts. Films of other formats are short."""
     return output.lower().endswith(".mp4")

@@ -1,4 +1,4 @@
-"""The frames of a flight in their order: drawn by this process, by several ones, or by the workers of a Dask cluster.
+"""The frames of a flight, in order. They are drawn by this process, by several ones, or by workers of a Dask cluster.
 
 Each worker has its own renderer. A frame does not depend on the frames before it, so all of them draw the same pixels.
 """
@@ -45,7 +45,7 @@ OF_FRAME = (
 )
 MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
 _READ = ("map", "path", "sky", "material", "drape", "edits")  # options that name files to read
-_NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # options of no picture
+_NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # they change no pixel
 _of_thread = threading.local()
 
 
@@ -55,9 +55,9 @@ class Drawn(NamedTuple):
     Attributes
     ----------
     numbers
-        Its own numbers.
+        Numbers of this frame.
     about
-        The numbers that all frames share.
+        Numbers that all frames share.
     """
 
     image: np.ndarray
@@ -66,7 +66,7 @@ class Drawn(NamedTuple):
 
 
 class FlightJob(NamedTuple):
-    """What the workers of a flight share; `key` belongs to one run."""
+    """Data that the workers of a flight share; `key` is new for each run."""
 
     key: str
     args: argparse.Namespace
@@ -127,7 +127,7 @@ class Flight:
 
 
 def draw(job: FlightJob, pose: FlightFrame) -> Drawn:
-    """Draw one frame, in a worker. Its thread keeps the map and the renderer until another flight comes."""
+    """Draw one frame in a worker. The worker's thread keeps the map and the renderer until another flight comes."""
     if getattr(_of_thread, "key", None) != job.key:
         if hasattr(_of_thread, "drawing"):
             _of_thread.drawing.close()
@@ -140,7 +140,7 @@ def draw(job: FlightJob, pose: FlightFrame) -> Drawn:
 
 
 def _job(args: argparse.Namespace) -> FlightJob:
-    """The options for workers: no outputs, and files by their whole names."""
+    """The options for workers: without outputs, and with absolute file names."""
     sent = argparse.Namespace(**vars(args) | {"output": None, "json": None, "run": None})
     for name in _READ:
         if (path := getattr(sent, name)) and os.path.exists(path):
@@ -150,7 +150,7 @@ def _job(args: argparse.Namespace) -> FlightJob:
 
 
 def identity(args: argparse.Namespace) -> Any:
-    """JSON that changes if the pictures of a flight change: its options, and the files that it reads."""
+    """JSON that changes if the pictures of a flight change. It has the options and the files that are read."""
     given = {name: value for name, value in vars(args).items() if name not in _NO_PIXELS}
     of_map = [os.path.join(args.map, "zarr.json")] if is_store(args.map) else maps.files_read(args.map)
     files = [*of_map, *(path for name in _READ[1:] if (path := getattr(args, name))), *args.overlay]
@@ -158,7 +158,7 @@ def identity(args: argparse.Namespace) -> Any:
 
 
 def _status(path: str) -> list[int]:
-    """Size of a file and when it was last written; nothing if it cannot be read."""
+    """Size of a file, and the time when it was last written; empty if it cannot be read."""
     try:
         status = os.stat(path)
     except OSError:

@@ -24,7 +24,7 @@ def add(command: Any) -> None:
 
 
 def of(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> list[Stamp]:
-    """What to draw over a picture of `args.size`; nothing without `--furniture`."""
+    """Stamps to draw over a picture of `args.size`; none without `--furniture`."""
     if not args.furniture:
         return []
     title = Path(heightmap.name).stem if args.title is None else args.title

@@ -69,7 +69,7 @@ def describe(heightmap: Heightmap) -> dict[str, Any]:
 
 
 def _lies(place: Place | None) -> dict[str, Any]:
-    """Where a map lies: coordinate system, GDAL's six numbers, and degrees of its middle if they are known."""
+    """The place of a map: coordinate system, GDAL's six numbers, and the degrees of its middle if they are known."""
     if place is None:
         return {"crs": None, "transform": None, "middle_lonlat": None}
     grid = place.georeference.grid

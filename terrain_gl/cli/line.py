@@ -67,7 +67,7 @@ def command_line(
         sun = standard_sun(seen)
         usual = inspect.signature(Heightmap.open).parameters
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
-        if known:  # the line must replace the bundled map's own scales
+        if known:  # the command must replace the bundled map's own scales
             told["spacing_m"] = heightmap.spacing_m
             told["z_scale"], told["z_offset_m"] = heightmap.scales
     if edited:
@@ -106,7 +106,7 @@ def _parameter(parameters: Parameters) -> dict[str, Any]:
 
 
 def _text(name: str, value: Any) -> list[str]:
-    """A value as the option takes it, with enough digits to give exactly this number again; nothing for a switch."""
+    """A value as text for the option, with enough digits to give exactly this number again; none for a switch."""
     if isinstance(value, bool):
         return []
     if isinstance(value, tuple):

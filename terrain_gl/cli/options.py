@@ -54,14 +54,14 @@ def add_command(commands: Any, name: str, run: Callable[[argparse.Namespace], in
 
 
 def add_map(command: Any, optional: bool = False) -> None:
-    """The argument MAP, and how its values are read."""
+    """Add the argument MAP, and the options for reading its values."""
     names = ", ".join(bundled())
     command.add_argument("map", metavar="MAP", nargs="?" if optional else None, help=f"heightmap file, or {names}")
     add_map_options(command)
 
 
 def add_map_options(command: Any) -> None:
-    """How the values of a map are read."""
+    """Add the options for reading the values of a map."""
     group = command.add_argument_group("map")
     group.add_argument("--spacing", type=values.spacing, metavar="M", help="metres between posts, or EAST,NORTH")
     group.add_argument("--z-scale", type=values.number, metavar="F", help="metres per unit of value")
@@ -79,14 +79,14 @@ def add_map_options(command: Any) -> None:
 
 
 def add_view(command: Any, moving: bool = False) -> None:
-    """Camera (unless it is `moving`), level of detail and look."""
+    """Add the options for camera (unless it is `moving`), level of detail and look."""
     add_camera(command, moving)
     add_detail(command)
     add_look(command)
 
 
 def add_camera(command: Any, moving: bool = False) -> None:
-    """Camera and size of the picture."""
+    """Add the options for the camera and the size of the picture."""
     group = command.add_argument_group("camera")
     if moving:
         command.set_defaults(view=None, eye=None, target=None, up=None, at=None, stand=None)
@@ -111,7 +111,7 @@ def add_camera(command: Any, moving: bool = False) -> None:
 
 
 def add_detail(command: Any) -> None:
-    """Level of detail and method."""
+    """Add the options for level of detail and method."""
     group = command.add_argument_group("detail")
     asked = group.add_mutually_exclusive_group()
     for name in _under("detail"):
@@ -119,7 +119,7 @@ def add_detail(command: Any) -> None:
 
 
 def add_look(command: Any) -> None:
-    """How the picture looks."""
+    """Add the options for the look of the picture."""
     group = command.add_argument_group("picture")
     for name in _under("picture"):
         if name == "sun":
@@ -129,7 +129,7 @@ def add_look(command: Any) -> None:
 
 
 def add_option(group: Any, name: str) -> None:
-    """An option as declared in `RenderOptions`. The sun has no default here: a bundled map brings its own."""
+    """Add an option as declared in `RenderOptions`. The sun has no default here: a bundled map brings its own."""
     option = OPTIONS[name]
     default = None if name == "sun" else getattr(RenderOptions, name)
     for flag in option.flags:
@@ -146,7 +146,7 @@ def _under(heading: str) -> list[str]:
 
 
 def _add_sun(group: Any) -> None:
-    """The sun, by its direction or by the clock."""
+    """Add the options for the sun, by its direction or by the clock."""
     lit = group.add_mutually_exclusive_group()
     add_option(lit, "sun")
     what = "the sun of a time like 2026-06-21T18:30: local solar time"
@@ -158,13 +158,13 @@ def _add_sun(group: Any) -> None:
 
 
 def add_rendering(command: Any, moving: bool = False) -> None:
-    """All options that commands without a window share; a command with a `moving` camera adds the camera's itself."""
+    """Add all options that commands without a window share. With `moving`, those of the camera are left out."""
     add_view(command, moving)
     add_technical(command)
 
 
 def add_technical(command: Any) -> None:
-    """The near plane, the driver, the numbers."""
+    """Add the options for the near plane, the driver and the numbers."""
     group = command.add_argument_group("technical")
     for name in _under("technical"):
         add_option(group, name)
@@ -181,7 +181,7 @@ def add_technical(command: Any) -> None:
 
 
 def add_json(command: Any) -> None:
-    """The numbers as JSON."""
+    """Add the option for the numbers as JSON."""
     command.add_argument("--json", metavar="FILE", help="the numbers as JSON; - for standard output, alone")
 
 
@@ -190,7 +190,7 @@ def open_scene(
 ) -> CommandScene:
     """Open the map, by file or bundled name, and choose camera and sun by the options.
 
-    A bundled map brings default scales, view and sun. The defaults of other maps are those of `views`.
+    A bundled map brings default scales, view and sun. For other maps, `views` gives the defaults.
     """
     name = args.map if name is None else name
     check_outputs(args, name)
@@ -208,7 +208,7 @@ def open_scene(
 def open_scene_or_sample(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None = None
 ) -> tuple[CommandScene, str]:
-    """Open the scene. Of a raster too large for memory, if no store is to be made: a coarse sample, and an offer."""
+    """Open the scene. If a raster is too large for memory and no store is made, open a coarse sample, with an offer."""
     reading = stores.reading_of(args)
     if not is_huge(name, reading) or (not args.no_cache and cache.is_possible()):
         return open_scene(args, name, progress), ""
@@ -223,7 +223,7 @@ def open_scene_or_sample(
 def _opened(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None
 ) -> tuple[Heightmap, BundledMap | None, Heightmap]:
-    """The map; its record if it is a bundled one; and a map from which a view is chosen."""
+    """The map; its record, if it is a bundled map; and the map from which a view is chosen."""
     if is_store(name):
         given = stores.opened(args, name, map_options(args))
         return given, None, given.coarse()
@@ -264,7 +264,7 @@ def clock_sun(args: argparse.Namespace, heightmap: Heightmap) -> tuple[float, fl
 
 
 def camera_options(args: argparse.Namespace) -> dict[str, Any]:
-    """The camera options that were given, by the names of `Camera`; and the options for places in degrees."""
+    """The given camera options, by the names of `Camera`; and the given options for places in degrees."""
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov, "up": args.up}
     return {key: value for key, value in (given | {"at": args.at, "stand": args.stand}).items() if value is not None}
 
@@ -294,7 +294,7 @@ def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Ca
 
 
 def _in_metres(heightmap: Heightmap, point: Vector) -> Vector:
-    """A point of the map's own coordinates, and metres of height, in world metres."""
+    """World metres of a point that is given in the map's own coordinates, with metres of height."""
     place = heightmap.place
     if place is None:
         raise UsageError("--coordinates map: the map does not say where it lies")
@@ -331,7 +331,7 @@ def map_options(args: argparse.Namespace) -> dict[str, Any]:
 def make_renderer(
     args: argparse.Namespace, scene: CommandScene, size: tuple[int, int] | None = None, lit: bool = False
 ) -> Renderer:
-    """A renderer for the scene, with its overlays; if its pictures are to be `lit`, there must be room for light."""
+    """A renderer for the scene, with its overlays. With `lit`, check that there is room for the tables of light."""
     laid = overlays.of(args, scene.heightmap) if hasattr(args, "overlay") else ()
     renderer = Renderer(scene.heightmap, size or args.size, args.backend, build=False)
     try:
@@ -357,14 +357,14 @@ def render_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def add_workers(group: Any) -> None:
-    """Who does the work: processes of this machine, or a cluster."""
+    """Add the options for workers: processes of this machine, or a cluster."""
     what = "processes of this machine (default: 1)"
     group.add_argument("--workers", type=values.count, metavar="N", default=1, help=what)
     group.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, like tcp://host:8786; extra [dask]")
 
 
 def add_output(command: Any, what: str) -> None:
-    """The option for the file that the command writes."""
+    """Add the option for the file that the command writes."""
     command.add_argument("-o", "--output", metavar="OUT", required=True, help=what)
 
 

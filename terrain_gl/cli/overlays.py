@@ -49,7 +49,7 @@ def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> 
     Raises
     ------
     TerrainError
-        A file has none, or its coordinates cannot be converted to the map's.
+        A file has no lines or points, or its coordinates cannot be converted to the map's.
     """
     laid = tuple(read_overlay(path, heightmap) for path in args.overlay)
     for path, overlay in zip(args.overlay, laid, strict=True):
@@ -60,7 +60,7 @@ def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> 
 
 
 def tell_unseen(args: argparse.Namespace, heightmap: Heightmap, laid: tuple[Overlay, ...], samples: list[int]) -> None:
-    """Say which overlays on the map are not in the pictures, by their number of samples there."""
+    """Say which overlays on the map are not in the pictures. `samples` has the number of samples of each overlay."""
     for path, overlay, count in zip(args.overlay, laid, samples, strict=True):
         if not count and is_on_map(overlay, heightmap):
             report.note(f"{report.shown(path)}: nothing of it is in the picture: turn the camera to it")

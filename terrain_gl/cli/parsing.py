@@ -25,7 +25,7 @@ SHARED = ("map", "camera", "detail", "picture", "technical")  # groups whose opt
 class Parser(argparse.ArgumentParser):
     """An argument parser with errors in one line. It accepts no abbreviations, because new options could break them.
 
-    `--help` shows what most people need; `--help-all`, where a command has it, shows every option.
+    `--help` shows the options that most people need. `--help-all` shows every option, if the command has it.
     """
 
     def __init__(self, **settings: Any) -> None:
@@ -116,7 +116,7 @@ def _is_common(action: argparse.Action) -> bool:
 
 
 def _brief(action: argparse.Action) -> argparse.Action:
-    """The action with its choices after its help text; argparse would put them before."""
+    """The action with its choices after its help text. argparse itself would put them before."""
     if not action.choices or not action.option_strings:
         return action
     names = textwrap.shorten(", ".join(map(str, action.choices)), WIDTH - 26, placeholder=" …")

@@ -17,7 +17,7 @@ from .text import shown as shown
 
 @contextmanager
 def json_output(path: str | None, value: Any) -> Iterator[None]:
-    """Write `value` to `path` as JSON if the block ends without an error; - prints it, None does nothing."""
+    """Write `value` to `path` as JSON if the block ends without an error. With "-" print it; with None do nothing."""
     text = json_text(value)
     if path is None or path == "-":
         yield
@@ -30,7 +30,7 @@ def json_output(path: str | None, value: Any) -> Iterator[None]:
 
 
 def write_json(path: str | None, value: Any) -> None:
-    """Write `value` to `path` as JSON; - prints it, None does nothing."""
+    """Write `value` to `path` as JSON. With "-" print it; with None do nothing."""
     with json_output(path, value):
         pass
 
@@ -64,7 +64,7 @@ def facts(values: Mapping[str, str]) -> str:
 
 
 def asked(stats: Mapping[str, Any]) -> str:
-    """The tolerance or the budget of a frame; for a budget also what it minimises."""
+    """The tolerance or the budget of a frame; for a budget also the error that it minimises."""
     if stats["method"] in BASELINES:
         return f"{stats['requested_triangles']:,} triangles" if stats["requested_triangles"] else "its parameters"
     if not stats["requested_triangles"]:
@@ -77,7 +77,7 @@ def asked(stats: Mapping[str, Any]) -> str:
 
 
 def certified(stats: Mapping[str, Any], px: float | None) -> str:
-    """The certified error of one or more frames in words; baselines certify nothing."""
+    """The certified error of one or more frames as text. Baselines certify nothing."""
     return "nothing certified" if px is None else f"{stats['certified_metric']} error at most {px:.3g} px"
 
 

@@ -3,7 +3,7 @@
 A signal raises an exception in the Python code that runs. That is unsafe in two cases. Some C code calls Python and
 does not check for exceptions (moderngl, for every uniform of a shader): then the process dies. During an import, the
 exception may end the process or get lost. So a signal waits until neither is running, usually for milliseconds. All
-signals after the first are ignored: they would interrupt the removal of half-written files.
+signals after the first are ignored, because they would interrupt the removal of half-written files.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _ending: list[int] = []  # the signal that ends the process
 
 
 def listen() -> None:
-    """Make Ctrl-C raise KeyboardInterrupt, and other requests SystemExit. So half-written files are removed."""
+    """Let Ctrl-C raise KeyboardInterrupt, and other requests raise SystemExit. So half-written files are removed."""
     for number in _REQUESTS:
         if signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP on purpose
             signal.signal(number, _heard)

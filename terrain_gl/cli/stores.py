@@ -43,7 +43,7 @@ def add_options(command: Any) -> None:
 
 
 def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> PagedMap:
-    """The store of that name, for a command that can draw it; `of_map`: options for a map's values.
+    """The store with a name, for a command that can draw stores; `of_map` has the options for a map's values.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def check_no_edits(args: argparse.Namespace, name: str) -> None:
 
 
 def rebuild(renderer: Renderer) -> None:
-    """Compute the records of edited nodes anew; if that fails, say so: wide bounds hold, too."""
+    """Compute the records of edited nodes anew. If that fails, say so; the wide bounds still hold."""
     if renderer.streaming is None or not isinstance(renderer.heightmap, EditedMap):
         return
     try:
@@ -152,7 +152,7 @@ def loading(renderer: Renderer) -> Iterator[None]:
 
 
 def status_of(stats: dict[str, Any]) -> int:
-    """The exit status of a drawn frame: 1, and a line that says why, if tiles of a store are missing."""
+    """The exit status of a drawn frame. If tiles of a store are missing, it is 1, and a line says why."""
     if stats.get("complete", True):
         return 0
     tiles = stats["tiles_missing"]

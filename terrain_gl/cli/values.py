@@ -100,7 +100,7 @@ def point(text: str) -> tuple[float, float, float]:
 
 
 def span(text: str) -> tuple[float, float]:
-    """LO,HI, the lower one first."""
+    """LO,HI, the lower number first."""
     low, high = _numbers(text, "numbers LO,HI", 2)
     if not low < high:
         raise _expected("numbers LO,HI, the lower one first", text)

@@ -1,1 +1,1 @@
-"""Comparisons of methods, and of ways of shading: tables, curves and figures."""
+"""Comparisons of methods and of kinds of shading: tables, curves and figures."""

@@ -1,4 +1,4 @@
-"""The baselines: the methods that ours is compared with.
+"""The baselines: methods that we compare our own with.
 
 A baseline has parameters that trade triangles for accuracy. It certifies no error; its achieved error is measured like
 that of every method. `fitting` finds the best parameters for a number of triangles.
@@ -49,14 +49,14 @@ class Baseline:
     def candidates(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
     ) -> list[Parameters]:
-        """Parameters that give about so many triangles, the best guess first.
+        """Parameters that give about `triangles` triangles, the best guess first.
 
         With `between`, also parameters with vertices between posts.
         """
         return [*self.surface.candidates(camera, size, near_m, triangles, between)]
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: parameters are fitted again."""
+        """Follow an edit: parameters must be fitted again."""
         self._fitted = None
 
     def release(self) -> None:

@@ -1,4 +1,4 @@
-"""Times of every stage. For comparison: numpy's cumulative sums of the same data, and a drawing of every post."""
+"""Times of every stage. We compare them with numpy's cumulative sums of the same data, and with drawing every post."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from ..renderer import Renderer
 from ..renderer.brush import Brush, Sculptor
 
 _IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
-_IN_A_ROUND = 5  # frames; the first one after the other kind of frames takes longer
+_IN_A_ROUND = 5  # frames of one kind in a row; the first after frames of the other kind takes longer
 TINY = (16, 16)  # size of the picture whose time in Python is measured
-ENOUGH_S = 4.0  # a measurement that has taken longer is not repeated again
+ENOUGH_S = 4.0  # a measurement that took this long is not repeated again
 
 
 def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
@@ -119,7 +119,7 @@ def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: 
 
 
 def _rebuild(renderer: Renderer) -> None:
-    """Update the tables of the whole map, as an edit updates those of its rectangle."""
+    """Update the tables of the whole map in the way in which an edit updates the tables of its rectangle."""
     renderer.terrain.upload()
     renderer.tables.build()
     renderer.picture.update((0, 0, renderer.heightmap.cols - 1, renderer.heightmap.rows - 1))
@@ -176,8 +176,8 @@ def _ms(work: Callable[[], Any], finish: Callable[[], Any]) -> float:
 def _python_ms(renderer: Renderer, rounds: int, view: dict[str, Any]) -> float:
     """Milliseconds that the drawing thread computes in a frame, outside of OpenGL: in Python, numpy and moderngl.
 
-    The picture is tiny, so that the driver takes little; for Python it is a frame as any other. Rounds of frames with
-    and without the profiler alternate, so that both meet the same load of the machine.
+    The picture is tiny, so the driver takes little time; for Python, it is a frame like any other. Rounds of frames
+    with and without the profiler alternate, so that other programs slow both alike.
     """
     size = renderer.size
     draw = partial(renderer.draw, **view)

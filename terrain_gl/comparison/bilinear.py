@@ -58,7 +58,7 @@ class Bilinear:
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:
-        """A patch is one vertex."""
+        """The vertex buffer: each patch is one vertex."""
         return self.selector.feed
 
     def bind(self) -> None:
@@ -84,7 +84,7 @@ class Bilinear:
         return replace(full, surface=self, most_triangles=most, certified_px=None, draws=draws)
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: there is nothing to do, the patches come from the quadtree."""
+        """Follow an edit. There is nothing to do, because the patches come from the quadtree."""
 
     def release(self) -> None:
         """Release GPU resources."""

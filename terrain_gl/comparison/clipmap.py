@@ -89,7 +89,7 @@ class ClipmapRing(NamedTuple):
     hole
         The part that the finer ring covers; without area if there is no finer ring.
     border
-        The outline's sides that a coarser ring continues; -1 for sides on the map's rim.
+        The outline's sides next to a coarser ring; -1 for sides on the map's rim.
     """
 
     level: int
@@ -99,7 +99,7 @@ class ClipmapRing(NamedTuple):
 
 
 def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[ClipmapRing]:
-    """The rings around an eye, from level `finest` up; `cells` is a ring's size, even numbers of columns and rows.
+    """The rings around an eye, from level `finest` up. `cells` is a ring's size: even numbers of columns and rows.
 
     The last ring is the first that covers the whole map.
     """
@@ -171,9 +171,9 @@ def _spans(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def triangles_of(blocks: np.ndarray, rims: np.ndarray) -> np.ndarray:
-    """Triangles of each block: two for each cell, minus one for each odd vertex on the border, which is moved.
+    """Triangles of each block: two for each cell, minus one for each odd vertex on the border, because it is moved.
 
-    `rims` are the last column and row of each block's level: vertices there are not moved.
+    `rims` are the last column and row of each block's level. Vertices there are not moved.
     """
     x, y, width, height = blocks["cells"].T
     west, north, east, south = blocks["border"].T
@@ -222,7 +222,7 @@ class Clipmap:
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:
-        """A block is an instance of one grid."""
+        """The vertex buffers: a block is an instance of one grid."""
         return [(self._blocks, "4i4 4i4 1i4 /i", "in_cells", "in_border", "in_level")]
 
     def bind(self) -> None:
@@ -257,7 +257,7 @@ class Clipmap:
             _, blocks = self._blocks_in(camera, size, near_m, rings, cull=True)
             found.append((max(off, 0.02), self._expected(camera, blocks), rings.finest, rings))
             if off > 0.02 and finest > 0:
-                break  # even the whole map at this level has fewer triangles
+                break  # at this level, even the whole map has fewer triangles
         best = min(found)[0]
         return [each[-1] for each in sorted(found) if each[0] == best]
 
@@ -319,7 +319,7 @@ class Clipmap:
         return chosen, blocks
 
     def _cells(self, ring: int) -> np.ndarray:
-        """Columns and rows of a ring's cells, even numbers. Both sides have about the same length in metres."""
+        """Number of columns and rows of a ring's cells, both even. Both sides have about the same length in metres."""
         half = (ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)
         whole = np.floor(half + [0.5, 0.499]).astype(
             int

@@ -6,8 +6,8 @@ map with the bilinear surface in between (`bilinear`). All pictures are supersam
 pixels of 4 samples. Shading reads the map and not the mesh, so pictures differ only by geometry. `own_surface` can
 shade baselines from their own meshes instead.
 
-Many parameters of a baseline give the same number of triangles. We report the smallest RMS screen error among all
-of them, and the picture nearest to the truth.
+Many parameters of a baseline give the same number of triangles. We report the smallest RMS screen error among them,
+and the picture nearest to the truth.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ def best_pictured(
     tried: Sequence[dict[str, Any]],
     **options: Any,
 ) -> dict[str, Any]:
-    """Those of the options `tried` whose picture has the smallest RMSE, without supersampling."""
+    """The options among `tried` whose picture has the smallest RMSE, without supersampling."""
     if len(tried) == 1:
         return tried[0]
     off = [likeness_of(renderer, camera, truth, 1, method=method, **each, **options)[1]["image_rmse"] for each in tried]

@@ -39,7 +39,7 @@ def detail_of(
 def best_detail(
     renderer: Renderer, camera: Camera, method: str, tried: list[dict[str, Any]], **options: Any
 ) -> dict[str, Any]:
-    """Those of the options `tried` with the smallest RMS screen error. The renderer forgets its last frame."""
+    """The options among `tried` with the smallest RMS screen error. The renderer forgets its last frame."""
     if len(tried) == 1:
         return tried[0]
     errors = [_rms_px(renderer, camera, method=method, **each, **options) for each in tried]
@@ -114,9 +114,9 @@ def fewest(
     Parameters
     ----------
     start
-        The first number of triangles; it is doubled until it is enough.
+        The first number of triangles to try. It is doubled until it is enough.
     most
-        The largest number to try: the triangles of every post.
+        The largest number to try: that of a mesh with every post.
     between
         Whether baselines may have vertices between posts.
     """
@@ -143,7 +143,7 @@ def fewest(
 
 
 def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> tuple[slice, slice]:
-    """Rows and columns of the blocks of the map that have posts in the picture; the rest would only cost time.
+    """Rows and columns of the part of the map whose blocks have posts in the picture; the rest would only cost time.
 
     Blocks are nodes of the whole map's quadtree. Larger nodes are never leaves of a pruned tree.
     """

@@ -1,7 +1,7 @@
-"""Two pictures that should be equal: how much they differ, and whether that is within a tolerance.
+"""The difference of two pictures that should be equal, and whether it is within a tolerance.
 
-A pixel differs by the largest difference of its channels, in steps: one step is 1/255 of the full scale, so one step of
-an 8-bit picture. The full scale of floats, which are linear light, is 1.
+The difference of a pixel is the largest difference of its channels, in steps. One step is 1/255 of the full scale, or
+one step of an 8-bit picture. The full scale of floats, which are linear light, is 1.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Tolerance(NamedTuple):
 
 
 EXACT = Tolerance()
-# another compiler in the driver rounds differently: so many pixels may show that
+# a driver with another compiler rounds differently, which may change this many pixels
 OTHER_DRIVER = Tolerance(1.0, 0.001)
 
 
@@ -48,7 +48,7 @@ class Difference(NamedTuple):
     worst
         Column and row of the pixel with the largest difference, from the top left.
     tolerance
-        What was allowed.
+        The allowed difference.
     """
 
     rmse: float
@@ -76,7 +76,7 @@ def differ(expected: np.ndarray, seen: np.ndarray, tolerance: Tolerance = EXACT,
     Parameters
     ----------
     expected, seen
-        (height, width, channels), of one shape and one type; `check_alike` says so in a sentence.
+        (height, width, channels), of one shape and one type; otherwise `check_alike` raises an error.
     with_flip
         Also compute FLIP, which takes about a second for 640 × 360 pixels.
     """
@@ -115,7 +115,7 @@ def check_alike(pictures: tuple[np.ndarray, np.ndarray], names: tuple[Name, Name
     Raises
     ------
     TerrainError
-        Other sizes, channels or types, or numbers that are not finite.
+        The pictures have different sizes, channels or types, or numbers that are not finite.
     """
     one, other = pictures
     first, second = (os.fspath(name) for name in names)

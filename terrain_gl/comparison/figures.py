@@ -1,4 +1,4 @@
-"""Figures for print by matplotlib: methods side by side, and error against triangles."""
+"""Figures for print, made with matplotlib: methods side by side, and error against triangles."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _STYLE: Any = {
 
 
 def available() -> None:
-    """Raise a `TerrainError` that says what to install if there is no matplotlib."""
+    """If there is no matplotlib, raise a `TerrainError` that says what to install."""
     try:
         import matplotlib  # noqa: F401
     except ImportError:

@@ -1,4 +1,4 @@
-"""Golden pictures of maps, for tests: draw a map, and compare it with a picture that was looked at and kept.
+"""Golden pictures of maps, for tests: draw a map, and compare it with a picture that someone checked and stored.
 
 `terrain_gl.pytest_plugin` makes one `GoldenPictures` for each test.
 """
@@ -28,7 +28,7 @@ FOLDER = "golden"
 
 
 class Software:
-    """The OpenGL context of all tests of a session; on software if the system has it."""
+    """The OpenGL context of all tests of a session; on Mesa's software renderer if the system has it."""
 
     def __init__(self) -> None:
         os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")  # Mesa reads it when the context is made
@@ -89,11 +89,11 @@ class GoldenPictures:
         size
             Width and height in pixels.
         spacing_m
-            Metres between posts, of a file or of heights.
+            Metres between posts, if `terrain` is a file or heights.
         tolerance, share
             At most `share` of the pixels may differ by more than `tolerance` steps of 255.
         options
-            Of `Renderer.render`: `max_error_px`, `style`, `sun`, ….
+            Options of `Renderer.render`: `max_error_px`, `style`, `sun`, ….
 
         Returns
         -------
@@ -103,7 +103,7 @@ class GoldenPictures:
         Raises
         ------
         AssertionError
-            The picture differs, or there is no golden one.
+            The picture differs, or there is no golden picture.
         """
         __tracebackhide__ = True  # pytest shows the line of the test
         heightmap, usual = self._opened(terrain, spacing_m)
@@ -142,7 +142,7 @@ class GoldenPictures:
             raise AssertionError(self._report(golden, expected, image, found))
 
     def golden(self, name: str = "") -> Path:
-        """The file of a golden picture; a name is used once in a test."""
+        """The file of a golden picture. A test may use a name only once."""
         whole = re.sub(r"[^\w.-]+", "_", f"{self.name}-{name}" if name else self.name).strip("_")
         if whole in self._used:
             raise UsageError(f'{whole}: is the second picture of that name in this test: give it a name="…"')

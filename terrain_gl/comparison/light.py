@@ -1,4 +1,4 @@
-"""Our shading next to the truth and to other prefilters of normals, in the same frame, so that nothing else differs.
+"""Compare our shading with the truth and with other prefilters of normals, in one frame, so that nothing else differs.
 
 The truth is `light_truth`; the other prefilters are in `prefilter`. `shade_as_printed` is the supplement's own shading.
 All draw every post, so the mesh adds no error.
@@ -85,7 +85,7 @@ def shade_as_printed(picture: Picture, camera: Camera, look: Look, step: int = P
     Parameters
     ----------
     step
-        1: facets are not weighted by how the eye sees them. 2: also, visibility is separate from the cosine (A.5).
+        1: facets are not weighted by their size in the picture. 2: also, visibility is separate from the cosine (A.5).
         3: also, the cosine is the lobe of B.3, merged by C.1 to C.4. See glsl/light/printed.glsl.
     """
     ours = picture.lighting

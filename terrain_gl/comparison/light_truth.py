@@ -1,8 +1,8 @@
 """Ground truth for light: outgoing radiance by brute force (A.2).
 
-Every pixel is drawn as many small pixels, on the full-resolution mesh. Each of these sees one place, which is lit with
-the true cosine and material. Rays that march the map find how much of the sun's disc and of the sky it sees
-(glsl/comparison/truth/light.frag). This is slow: use small pictures.
+Every pixel is drawn as many small pixels, on the full-resolution mesh. Each small pixel sees one place, which is lit
+with the true cosine and material. Rays that march over the map find the shares of the sun's disc and of the sky that
+the place sees (glsl/comparison/truth/light.frag). This is slow: use small pictures.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def render_light_truth(
     size
         Width and height in pixels.
     fine
-        Each pixel is lit at fine × fine places. Each place sends `rays_of(fine)` rays to the sky, one to the sun, and
-        half as many as to the sky in the direction of the mirror reflection.
+        Each pixel is lit at fine × fine places. Each place sends `rays_of(fine)` rays to the sky, half as many in the
+        direction of the mirror reflection, and one to the sun.
     options
         Sun, sky and material; method and tolerance are not used.
     progress
@@ -60,7 +60,7 @@ def render_light_truth(
         method="full", near_m=options.near_m, curvature=options.curvature, refraction=options.refraction
     )
     frame = renderer.select(camera, size, ground)
-    parts = cut(size, fine, largest=2048)  # each draws the whole mesh
+    parts = cut(size, fine, largest=2048)  # each part draws the whole mesh
     image = np.empty((size[1], size[0], 4), np.uint8)
     for i, piece in enumerate(parts):
         picture = renderer.picture

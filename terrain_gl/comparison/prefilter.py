@@ -1,4 +1,4 @@
-"""Other prefilters of normals, to compare ours with. Each runs in the frame of glsl/comparison/prefilter/frame.glsl.
+"""Other prefilters of normals, which we compare ours with. Each runs inside glsl/comparison/prefilter/frame.glsl.
 
 point     no prefilter: the normal at the footprint's centre
 mip       mipmaps of normals, normalised after the lookup
@@ -50,7 +50,7 @@ class Mipmaps:
             texture.build_mipmaps()
 
     def bind(self) -> None:
-        """Bind the mipmaps for the shaders of glsl/prefilter."""
+        """Bind the mipmaps for the shaders of glsl/comparison/prefilter."""
         bind("comparison/prefilter/frame.glsl", **dict(zip(_TEXTURES, self.textures, strict=True)))
 
     def release(self) -> None:

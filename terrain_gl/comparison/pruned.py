@@ -1,4 +1,4 @@
-"""Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view: a comparison for our meshes.
+"""Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view, to compare our meshes with.
 
 No error table has these errors, because they depend on the view. On the other hand, a leaf here is always two
 triangles, and only posts are measured. Our meshes also have fans, cut edges, and vertices between posts. So they can
@@ -116,7 +116,7 @@ def pruned_quads(
 
 
 def _restricted(coarse: list[np.ndarray]) -> list[np.ndarray]:
-    """Split the nodes that are too coarse, then others until neighbours differ by at most one level."""
+    """Split the nodes that are too coarse; then split others until neighbours differ by at most one level."""
     tree = [np.zeros(level.shape, bool) for level in coarse]
     grow(tree, coarse)
     while balance(tree):
@@ -180,14 +180,14 @@ def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: 
 
 
 def bands(heights: np.ndarray, level: int, posts: int = 1 << 21) -> list[slice]:
-    """Cut a map into bands of whole rows of nodes, about `posts` posts each; neighbours share a row of posts."""
+    """Cut a map into bands of whole rows of nodes, of about `posts` posts. Neighbouring bands share a row of posts."""
     last = len(heights) - 1
     side = max(1, posts // heights.shape[1] >> level) << level
     return [slice(low, min(low + side, last) + 1) for low in range(0, last, side)]
 
 
 def _prune(squares: list[np.ndarray], seen: list[np.ndarray], price: float) -> tuple[list[np.ndarray], int, float]:
-    """The nodes to split, because their best subtrees cost less; triangles and squared error of the best tree."""
+    """The nodes to split (their best subtrees cost less), and the triangles and squared error of the best tree."""
     error = squares[0]
     count = 2 * seen[0].astype(np.int64)
     pays = [np.zeros(seen[0].shape, bool)]
@@ -207,7 +207,7 @@ def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:
 def _at_budgets(
     curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], enough: float = 0.998
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The triangles and the squared error of the tree that just fits each budget; triangles fall with log2 λ."""
+    """The triangles and the squared error of the largest tree within each budget; triangles fall with log2 λ."""
     known = {at: curve(at) for at in (-60.0, 60.0)}
     found = []
     for budget in triangles:

@@ -101,7 +101,7 @@ class Pyramid:
         at
             (n, 2) columns and rows of the cells on the lattice of their level.
         level
-            (n,) levels. Below `FIRST_RANGES`, the range of the larger cell around is returned.
+            (n,) levels. Below `FIRST_RANGES`, the result is the range of the larger cell around.
         """
         if not self._ranges:
             self._ranges = _ranges(self.read())

@@ -149,7 +149,7 @@ class Tessellated:
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:
-        """A patch is one vertex."""
+        """The vertex buffer: each patch is one vertex."""
         return [(self._cuts, "4u4", "in_cut")]
 
     def bind(self) -> None:

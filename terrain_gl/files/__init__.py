@@ -1,1 +1,1 @@
-"""Files: writers of maps and meshes, the bundled maps, generated land."""
+"""Files: writers of maps, meshes and edits, the bundled maps, and generated land."""

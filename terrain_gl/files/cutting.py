@@ -1,11 +1,11 @@
-"""Cut voids out of a mesh: the triangles that remain are parts of the drawn ones, so the surface is the same.
+"""Cut voids out of a mesh. The triangles that remain are parts of the drawn triangles, so the surface is the same.
 
-A cell with a void corner is left out, as in pictures with holes. A triangle that covers such cells, and others, is cut
-along the lines of the lattice that bound them:
+A cell with a void corner is left out, as in pictures with holes. A triangle that covers both such cells and others is
+cut along the lines of the lattice that bound them:
 
     lines      columns and rows at which cells over the triangle change between land and void
-    edges      each edge is cut by the lines of both its triangles, so that no vertex stands beside an uncut edge
-    pieces     the triangle within each box between neighbouring lines is a convex polygon; those of voids are dropped
+    edges      each edge is cut by the lines of both its triangles, so that no vertex lies on an uncut edge
+    pieces     lines cut a triangle into convex polygons, one in each box between lines; void ones are dropped
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ _NO_LINES = np.zeros(0), np.zeros(0)
 
 
 class Cut(NamedTuple):
-    """What remains of a mesh.
+    """The remaining part of a mesh.
 
     Attributes
     ----------
     posts
-        (n, 2) float64 columns and rows of the vertices. Those of the whole mesh come first.
+        (n, 2) float64 columns and rows of the vertices. The vertices of the uncut mesh come first.
     faces
         (m, 3) indices of vertices.
     heights_m
@@ -80,7 +80,7 @@ def _count(cells: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 class _Pieces(NamedTuple):
-    """How a triangle is cut: the lines, and which of the boxes (rows, columns) between them are voids."""
+    """The pieces of a triangle: the lines that cut it, and which boxes (rows, columns) between them are voids."""
 
     lines: Lines
     voids: np.ndarray
@@ -100,7 +100,7 @@ class _Pieces(NamedTuple):
 
 
 def _covered(corners: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Cells that share an area with a triangle: no edge of it has them on its outer side (Gottschalk 1996)."""
+    """Cells that overlap a triangle: none of its edges has the cell on its outer side (Gottschalk 1996)."""
     row, col = np.indices(shape)
     covered = np.ones(shape, bool)
     turn = np.sign(_cross(corners[1] - corners[0], corners[2] - corners[0]))
@@ -119,7 +119,7 @@ class _Cutter:
     """Collects vertices and faces. Vertices on an edge are made once, for both its triangles."""
 
     def __init__(self, posts: np.ndarray, heights_m: np.ndarray) -> None:
-        self._places: list[tuple[float, float]] = []  # of new vertices, as are the heights
+        self._places: list[tuple[float, float]] = []  # places and heights of new vertices
         self._new_m: list[float] = []
         self._old = posts.astype(np.float64)
         self._old_m = heights_m.astype(np.float64)
@@ -150,7 +150,7 @@ class _Cutter:
             self._on_edge[a, b] = [self._vertex(at, self._old_m[a] + t * rise_m) for at, t in in_order]
 
     def has_cut_edge(self, faces: np.ndarray) -> np.ndarray:
-        """(m,) whether an edge of each face has a vertex between its ends."""
+        """For each face whether one of its edges has a vertex between its ends, (m,) bool."""
         n = len(self._old)
         cut = np.array([a * n + b for (a, b), on in self._on_edge.items() if on], np.int64)
         ends = np.sort(faces.astype(np.int64)[:, [[0, 1], [1, 2], [2, 0]]], -1)
@@ -177,7 +177,7 @@ class _Cutter:
         return Cut(np.concatenate([self._old, places]), faces, np.concatenate([self._old_m, self._new_m]))
 
     def _fill(self, numbers: np.ndarray, at: np.ndarray, turn: float) -> None:
-        """Fill a convex polygon, whose corners are in any order and may be on a line."""
+        """Fill a convex polygon with triangles. Its corners are in any order; three may be on one line."""
         middle = at.mean(0)
         around = np.argsort(turn * np.arctan2(*(at - middle).T[::-1]))
         numbers, at = numbers[around], at[around]

@@ -1,8 +1,8 @@
-"""Edits of a store as files: a GeoTIFF window, or a patch file for stores whose place is not known.
+"""Edits of a store as files: a GeoTIFF, or a patch file for stores whose place is not known.
 
 A GeoTIFF has the smallest rectangle with all edits, on the store's grid; posts without an edit are void. So `build`
 makes the edited store from the map and this file. A patch file (.npz) has the tiles with edits, and the hash of the
-store that they belong to. Both can be read again.
+store that they belong to. Both kinds can be read again.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def edits_of(heightmap: Heightmap) -> EditedMap:
     Raises
     ------
     UsageError
-        It is no store, or has no edits.
+        The map is no store, or has no edits.
     """
     if not heightmap.is_store:
         raise UsageError(f"{heightmap.name}: is no store: save the whole map")
@@ -49,7 +49,7 @@ def edits_of(heightmap: Heightmap) -> EditedMap:
 
 
 def check_edits_name(path: str | os.PathLike[str], heightmap: Heightmap) -> None:
-    """Refuse a name that edits of a store cannot be saved under.
+    """Refuse a file name under which edits of this store cannot be saved.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def write_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> None:
 
 
 def write_tiles(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Tiles) -> None:
-    """Write tiles of edits, which a thread may do while the map is edited further: see `write_edits`."""
+    """Write tiles of edits: see `write_edits`. A thread may do this while the map is edited further."""
     if Path(path).suffix.lower() in WINDOW:
         _write_window(path, heightmap, tiles)
         return
@@ -120,7 +120,7 @@ def _write_window(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Til
 
 
 def _hull(tiles: Tiles, side: int, shape: tuple[int, int]) -> tuple[slice, slice]:
-    """The smallest rectangle with all edits, and with two posts at least along each side."""
+    """The smallest rectangle with all edits, and with at least two posts along each side."""
     found = []
     for axis in (0, 1):
         places = [at[axis] * side + np.flatnonzero(~np.isnan(tile).all(1 - axis)) for at, tile in tiles.items()]
@@ -149,14 +149,14 @@ def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Edit]
     read = _of_window if Path(path).suffix.lower() in WINDOW else _of_tiles
     store: Any = heightmap
     edits = list(read(os.fspath(path), store))
-    for edit in edits:  # all of them, before the first is applied
+    for edit in edits:  # check all edits before the first is applied
         if (np.abs(edit.heights) > MAX_HEIGHT_M).any():
             raise TerrainError(f"{path}: has heights beyond ±{MAX_HEIGHT_M:g} m")
     return edits
 
 
 def _of_window(path: str, heightmap: PagedMap) -> Iterator[Edit]:
-    """The edits of a GeoTIFF, a band of a tile's height after the other."""
+    """The edits of a GeoTIFF, in bands that are as high as a tile."""
     file = RasterFile(path, Reading())
     x, y = corner_on(file, heightmap)
     check_crs(file, heightmap)

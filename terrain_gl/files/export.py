@@ -102,7 +102,7 @@ def mesh_format(path: str | os.PathLike[str]) -> Format:
 
 
 def files_beside(path: str | os.PathLike[str]) -> list[Path]:
-    """The files that a mesh with a texture needs beside its own.
+    """Further files that a mesh with a texture needs, beside the mesh file itself.
 
     Raises
     ------

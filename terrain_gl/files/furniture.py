@@ -1,4 +1,4 @@
-"""What a map needs in print: title, north arrow, scale bar and legend, drawn over the rows of a picture."""
+"""Furniture of a printed map: title, north arrow, scale bar and legend, drawn over the rows of a picture."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def furniture(
     size
         Width and height of the picture in pixels. Furniture grows with the height, from 720 rows on.
     camera
-        The view: the scale is that of its target's distance.
+        The view. The scale bar is right at the distance of the target.
     title
-        Its words; "" for none.
+        Text of the title; "" for none.
     ramp, unit
         The legend's colours, and the unit of its numbers.
 
@@ -66,7 +66,7 @@ def furniture(
 
 
 def stamp(rows: np.ndarray, first: int, stamps: list[Stamp]) -> None:
-    """Draw stamps over rows (n, width, 3 or 4) of uint8; `first` is the picture's number of the first of them."""
+    """Draw stamps over rows (n, width, 3 or 4) of uint8; `first` is the number of the first row in the picture."""
     for each in stamps:
         height, width = each.pixels.shape[:2]
         left, right = max(each.left, 0), min(each.left + width, rows.shape[1])
@@ -89,7 +89,7 @@ def metres_of(size: tuple[int, int], camera: Camera) -> tuple[float, float]:
 
 
 def north_of(camera: Camera) -> tuple[float, float]:
-    """Where north is at the target: a unit vector to the right and up in the picture; (0, 0) along the view."""
+    """Direction of north at the target: a unit vector (right, up) in the picture; (0, 0) if it is along the view."""
     right, up, _ = camera.axes
     length = math.hypot(right[1], up[1])
     return (right[1] / length, up[1] / length) if length > 1e-6 else (0.0, 0.0)
@@ -123,7 +123,7 @@ def _line(words: str, px: int) -> np.ndarray:
 
 
 def _stacked(parts: list[np.ndarray], gap: int) -> np.ndarray:
-    """Parts one below the other, in the middle."""
+    """Parts one below the other, centred."""
     width = max(part.shape[1] for part in parts)
     rows = []
     for part in parts:

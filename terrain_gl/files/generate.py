@@ -2,7 +2,7 @@
 
 Gradient noise in octaves, with domain warping, gives the large forms. Stripes along the slopes cut gullies. A staircase
 over elevation makes benches and cliffs. A post's height depends only on its place, counted from the north-west corner;
-the size of the map and the bands in which it is made do not change it. The shader only adds, multiplies and compares
+neither the size of the map nor the bands in which it is made change it. The shader only adds, multiplies and compares
 (glsl/generate/exact.glsl), and heights are rounded to steps. So one seed gives the same bytes on every driver.
 
 Specification: `reference.land`.

@@ -32,7 +32,7 @@ def sample(path: str | os.PathLike[str], reading: Reading) -> tuple[Heightmap, s
     Raises
     ------
     TerrainError
-        Only GDAL can read a part of such a file, and it does not open this one.
+        GDAL, which alone can read a part of such a file, does not open it.
     """
     file = RasterFile(os.fspath(path), reading)
     file.voids_m = file.find_voids()

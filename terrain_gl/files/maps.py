@@ -31,7 +31,7 @@ class BundledMap:
     eye, target, fov_deg, sun
         The first view, and the sun's azimuth and elevation in degrees.
     look
-        How its land is coloured.
+        The look of its land.
     """
 
     name: str
@@ -60,12 +60,12 @@ def bundled() -> dict[str, BundledMap]:
 
 
 def find_bundled(name_or_path: str) -> BundledMap | None:
-    """The bundled map of a name, or of a file that is a copy of it. If both a file and a map match, the file counts.
+    """The bundled map with a name, or the one that a file is a copy of. If both match, the file counts.
 
     Raises
     ------
     TerrainError
-        Neither a file nor a bundled map.
+        There is neither such a file nor such a bundled map.
     """
     maps = bundled()
     if os.path.exists(name_or_path):
@@ -76,13 +76,13 @@ def find_bundled(name_or_path: str) -> BundledMap | None:
 
 
 def files_read(name_or_path: str) -> list[str]:
-    """The real paths of the files that opening a map reads: of a bundled map, of a file, of a mosaic's sources."""
+    """The real paths of the files that are read when a map is opened: a bundled map, a file, or a mosaic's sources."""
     known = None if os.path.exists(name_or_path) else bundled().get(name_or_path)
     return files_of(known.path if known else name_or_path)
 
 
 def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:
-    """Open a bundled map or a file; also returns the bundled map that it is, unless options change its scales.
+    """Open a bundled map or a file. If it is a bundled map and no option changes its scales, return that, too.
 
     Parameters
     ----------

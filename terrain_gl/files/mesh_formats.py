@@ -21,7 +21,7 @@ from ..readers.place import Place
 CHUNK = 1 << 17  # vertices or faces that are converted to bytes at a time
 GLB_LIMIT = 2**32 - 1
 PRINT_MM = 150.0  # longer side of a solid
-BASE = 0.02  # thickness of a solid under its lowest place, as a part of that side
+BASE = 0.02  # thickness of a solid under its lowest place, as a part of its longer side
 _FACE = np.dtype([("n", "u1"), ("vertices", "<u4", 3)])
 _VERTEX = np.dtype([("place", "<f8", 3), ("normal", "<f4", 3), ("texture", "<f4", 2)])
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
@@ -44,14 +44,14 @@ class Mesh:
     place
         Where the map lies; it is recorded in the file.
     texture
-        A PNG file, for a page a JPEG file: the map seen from straight above, up to the outer edges of the outermost
-        posts' cells.
+        The map seen from straight above, as a PNG file (for a page, a JPEG file). It reaches half a cell beyond the
+        outermost posts.
     within_m
         Certified largest error of height; None if there is none, as for the mesh of a view.
     print_mm
         Longer side of the map in a format for printing.
     vertices_m
-        (n,) heights of the vertices, if they are not those of the map at their places.
+        (n,) heights of the vertices; None if they have the map's heights at their places.
     """
 
     posts: np.ndarray
@@ -76,7 +76,7 @@ class Mesh:
         return np.stack([col * np.float64(self.spacing_m[0]), north, heights], -1)
 
     def slopes(self, part: slice) -> np.ndarray:
-        """(k, 2) float64 rise of the land east and north, by the next posts on both sides."""
+        """(k, 2) float64 slope of the land east and north, from the next posts on both sides."""
         last = np.array(self.heights.shape[::-1]) - 1
         rises = []
         for axis in (0, 1):
@@ -97,7 +97,7 @@ class Mesh:
 
     @property
     def origin(self) -> dict[str, Any] | None:
-        """From world metres to coordinates: `crs`, and for each axis coordinate = origin + scale · metres."""
+        """How world metres become coordinates: `crs`, and for each axis coordinate = origin + scale · metres."""
         if self.place is None:
             return None
         x, y = self.place.to_map(0.0, 0.0)

@@ -1,7 +1,7 @@
 """A page that shows a mesh in any browser, without a network: one HTML file with everything inside.
 
-The page is `html/land.html`. It draws with three.js, whose used parts are in `html/three.min.js`, as `.ci/three` makes
-it.
+The page is `html/land.html`. It draws with three.js. `html/three.min.js` has the parts of three.js that it uses;
+`.ci/three` makes that file.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def land_page(mesh: Mesh, name: str) -> Iterator[bytes]:
     middle = [*(world.min(0) + world.max(0))[:2] / 2, 0.0]  # small numbers, so that float32 is exact enough
     east, north, up = (world - middle).T
     spacing = np.array(mesh.spacing_m)
-    size = np.array(mesh.heights.shape[::-1]) * spacing  # of the texture: up to the outer edges of the rim's cells
-    corner = -0.5 * spacing - [middle[0], middle[1]] + [0.0, size[1]]  # its north-western one, in the page's metres
+    size = np.array(mesh.heights.shape[::-1]) * spacing  # of the texture, which reaches half a cell beyond the posts
+    corner = -0.5 * spacing - [middle[0], middle[1]] + [0.0, size[1]]  # its north-western corner, in the page's metres
     data = {
         "places": _text(np.stack([east, up, -north], -1), "<f4"),
         "texture_corner": [corner[0], -corner[1]],

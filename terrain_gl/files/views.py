@@ -1,7 +1,7 @@
 """Standard views: interesting cameras for any map. They depend on the map alone.
 
-valley   low, where the land around rises most; looks up at the highest place in sight
-ridge    high, where the land falls most; looks out over the lowest place nearby
+valley   the eye is low, where the land around it rises most; it looks up at the highest place in sight
+ridge    the eye is high, where the land falls most; it looks out over the lowest place nearby
 high     far above, looking down obliquely over the middle of the map
 default  from outside, over the part of the map with the most relief and few voids
 """
@@ -24,7 +24,7 @@ _INSIDE = 1 / 8  # part of the map along each rim where no eye is placed, so tha
 _REACH = 1 / 8  # land that rises or falls is searched within this part of the map's longer side
 _READABLE = 0.07  # relief over extent at which a picture of the whole map shows the relief well
 _SOLID = 0.9  # least share of posts with data, in a block and its neighbours, for a place of the eye
-_STEEP = 0.12  # relief over extent from which on the sun has its usual height
+_STEEP = 0.12  # relief over extent; on steeper maps the sun has its usual height
 _LOWEST_SUN = 15.0  # degrees
 _FEW = 24  # posts a side of a small map, which the first view shows as a whole
 _LEAST_PART = 0.3  # size of the part that the first view looks at, relative to the map
@@ -124,13 +124,13 @@ def stand_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above
 
 
 def look_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_m: float = 0.0) -> Camera:
-    """The camera, turned to a longitude and latitude in degrees, `above_m` above the ground there."""
+    """The camera, turned to look at a place `above_m` above the ground, at a longitude and latitude in degrees."""
     x, y = _on_map(heightmap, lon, lat)
     return replace(camera, target=(x, y, _ground_m(heightmap, x, y) + above_m))
 
 
 def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Camera:
-    """The camera, moved along its line of sight to `share` of the map's longer side from its target, above ground."""
+    """The camera, moved along its line of sight: `share` of the map's longer side from its target, above the ground."""
     target = np.asarray(camera.target, np.float64)
     eye = np.asarray(camera.eye, np.float64)
     back = (eye - target) / max(float(np.linalg.norm(eye - target)), 1e-9)
@@ -140,7 +140,7 @@ def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Ca
 
 
 def depth_below_ground(heightmap: Heightmap, camera: Camera) -> float:
-    """How far the eye is below all four posts around it, in metres; 0 above them, beside voids and off the map."""
+    """Metres of the eye below all four posts around it; 0 if it is above one, beside a void or off the map."""
     x, y, z = camera.eye
     east, north = heightmap.spacing_m
     col, row = math.floor(x / east), heightmap.rows - 2 - math.floor(y / north)
@@ -225,7 +225,7 @@ class _Blocks:
         return values
 
     def best(self, score: np.ndarray) -> list[Post]:
-        """Blocks in falling order of score; among equal ones, the one nearest to the middle first."""
+        """Blocks in falling order of score. Of equal blocks, the one nearest to the middle comes first."""
         order = np.lexsort((self.off_middle.ravel(), -score.ravel()))
         return [(int(i) // score.shape[1], int(i) % score.shape[1]) for i in order]
 
@@ -237,7 +237,7 @@ class _Blocks:
         return row + at // heights.shape[1], col + at % heights.shape[1]
 
     def floor(self, block: Post) -> Post:
-        """Row and column of the post in a block whose neighbourhood is lowest, so not at the foot of a cliff."""
+        """Row and column of the post in a block whose neighbourhood is lowest. So it is not at the foot of a cliff."""
         row, col = self.side * block[0], self.side * block[1]
         heights = self.heightmap.heights[max(0, row - 1) : row + self.side + 1, max(0, col - 1) : col + self.side + 1]
         solid = np.where(np.isnan(heights), np.inf, heights)
@@ -254,7 +254,7 @@ class _Blocks:
         return self._extreme(self.high, post, nearest, farthest, lowest=False)
 
     def lowest_inward(self, post: Post, nearest: float, farthest: float) -> Post:
-        """The lowest such post in the direction of the map's middle, where there is more land to see."""
+        """The lowest post between two distances, towards the map's middle, where there is more land to see."""
         off_middle = self.off_middle[post[0] // self.side, post[1] // self.side]
         score = np.where(self.off_middle <= off_middle, -self.low, -np.inf)
         return self._extreme(score, post, nearest, farthest, lowest=True)
@@ -326,7 +326,7 @@ def _in_sight(heightmap: Heightmap, eye: Post, target: Post) -> bool:
 
 
 def _look(heightmap: Heightmap, eye: Post, target: tuple[float, float, float], fov_deg: float) -> Camera:
-    """Stand at a post and look at a point; north where that is straight above or below."""
+    """Stand at a post and look at a point, or north if the point is straight above or below."""
     stand = _stand(heightmap, eye)
     if np.hypot(target[0] - stand[0], target[1] - stand[1]) < min(heightmap.spacing_m):
         target = stand[0], stand[1] + max(heightmap.extent_m), stand[2]

@@ -83,7 +83,7 @@ def opening_of(heightmap: Heightmap, suffix: str) -> dict[str, Any]:
 
 
 def as_options(opening: dict[str, Any]) -> str:
-    """The same as options of a command."""
+    """The arguments of `opening_of` as options of a command."""
     east, north = opening["spacing_m"]
     words = [f"--spacing {east:.12g}" if east == north else f"--spacing {east:.12g},{north:.12g}"]
     names = {"z_scale": "--z-scale", "z_offset_m": "--z-offset", "nodata": "--nodata"}

@@ -1,1 +1,1 @@
-"""Films: a camera's path through keyframes, and what writes the frames down."""
+"""Films: a camera's path through keyframes, and the recorder that writes the frames."""

@@ -1,7 +1,7 @@
-"""What is noted beside the pictures of a flight, or the parts of its film, so that it can be continued.
+"""The journal of a flight: a file beside its pictures, or the parts of its film, by which the flight can be continued.
 
-The first line of the file is the flight's identity, and each further line belongs to one picture. A picture
-counts as complete if its file is there: it got its name when it was complete.
+The first line of the file is the flight's identity, and each further line belongs to one picture. A picture is complete
+if its file exists, because a file gets its name only when it is complete.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class FlightJournal:
     Attributes
     ----------
     done
-        What was noted of each complete picture, from the first one on.
+        The entry of each complete picture, from the first picture on.
 
     Raises
     ------
@@ -52,7 +52,7 @@ class FlightJournal:
         if begun != self._identity:
             name = "film, or remove it" if self._output else "folder, or empty it"
             raise TerrainError(f"{folder}: holds frames of another flight: name another {name}")
-        for line in lines[:-1]:  # what follows the last line's end is not complete
+        for line in lines[:-1]:  # text after the last end of line is an incomplete entry
             if not self._picture(len(self.done)).is_file():
                 break
             self.done.append(json.loads(line))
@@ -64,7 +64,7 @@ class FlightJournal:
             part.write_text("".join(line + "\n" for line in lines), "utf-8")
 
     def add(self, noted: Any) -> None:
-        """Note something of the next picture, before it is written."""
+        """Add the entry of the next picture, before the picture is written."""
         with open(self._path, "a", encoding="utf-8") as file:
             file.write(json.dumps(noted) + "\n")
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 
-FRAMES = 60  # of a part: few are lost, and the pictures that begin a part need little more space
+FRAMES = 60  # frames of a part: few are lost, and the key frames that begin parts need little space
 JOURNAL = ".flight"  # in a folder of pictures or parts that is not complete (terrain_gl/film/journal.py)
 Write = Callable[[np.ndarray, int], None]
 
@@ -29,7 +29,7 @@ def folder_of(film: str | os.PathLike[str]) -> Path:
 
 
 def part_of(film: str | os.PathLike[str], frame: int) -> Path:
-    """The part with a frame; `frame` counts from 0."""
+    """The file of the part that contains a frame; `frame` counts from 0."""
     return folder_of(film) / f"part-{frame // FRAMES + 1:05d}.mp4"
 
 
@@ -41,7 +41,7 @@ def writing(
     encode: Callable[[Path], AbstractContextManager[Write]],
     join: Callable[[Sequence[Path]], None],
 ) -> Iterator[Write]:
-    """Write the parts of a film from frame `first` on; at the end, join all parts, and remove them.
+    """Write the parts of a film from frame `first` on. At the end, join all parts, and remove them.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def writing(
 
 
 def kept(frames: int) -> int:
-    """How many of the first frames are in complete parts."""
+    """Of the first `frames` frames, the number that are in complete parts."""
     return frames - frames % FRAMES
 
 
@@ -95,7 +95,7 @@ def join(av: Any, files: Sequence[Path], to: Path, rate: Fraction, options: dict
             with av.open(os.fspath(file)) as part:
                 stream = stream or joined.add_stream_from_template(part.streams.video[0])
                 for packet in part.demux(video=0):
-                    if packet.dts is not None:  # the last one is empty
+                    if packet.dts is not None:  # the last packet is empty
                         ticks = round(number * FRAMES / rate / packet.time_base)
                         packet.pts = packet.pts + ticks
                         packet.dts = packet.dts + ticks

@@ -21,7 +21,7 @@ from ..basics.replacing import replacing
 from ..camera import UP, Camera, Vector
 from . import spline
 
-PIECES = 512  # straight pieces between two keyframes; they deviate from the curve by a millionth of its length
+PIECES = 512  # straight pieces between two keyframes; they differ from the curve by a millionth of its length
 LEVEL_DEG = 70.0  # the horizon stays level if the view is less steep than this
 MAX_KEYFRAMES = 10_000
 MAX_BYTES = 1 << 24  # largest file of keyframes
@@ -65,7 +65,7 @@ class CameraPath:
     closed
         Whether the flight returns from the last keyframe to the first.
     seconds
-        The duration. A closed path with timed keyframes needs it; for an open one the last keyframe gives it.
+        The duration. A closed path with timed keyframes needs it. For an open path, the last keyframe gives it.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class CameraPath:
         Raises
         ------
         TerrainError
-            Not a valid file; the message names the file and the entry.
+            The file is not valid. The message names the file and the entry.
         """
         name = os.fspath(path)
         try:
@@ -169,9 +169,9 @@ class CameraPath:
         return np.concatenate([*places, self._values[-2:-1, :3]])
 
     def _measured(self) -> np.ndarray:
-        """(n,) distance along the path, for constant speed. If the eye only turns, the angle counts as distance.
+        """(n,) distance along the path, for constant speed. Where the eye only turns, the angle counts as distance.
 
-        A right angle counts as much as the average leg.
+        A right angle counts as much as an average leg.
         """
         steps = np.linalg.norm(np.diff(self.eyes, axis=0), axis=1).reshape(-1, PIECES)
         moving = np.diff(self._values[1:-1, :3], axis=0).any(1)
@@ -183,7 +183,7 @@ class CameraPath:
 
 
 def _padded(values: np.ndarray, closed: bool, blend: spline.Blend) -> np.ndarray:
-    """Values (n, k) with one more at each end: from the other end if the path is closed, else extrapolated."""
+    """Values (n, k) with one more at each end: taken from the other end if the path is closed, else extrapolated."""
     if closed:
         return np.concatenate([values[-1:], values, values[:2]])
     before, after = blend(values[1], values[0], np.array(2.0)), blend(values[-2], values[-1], np.array(2.0))

@@ -43,7 +43,7 @@ class Codec(NamedTuple):
     container_options: dict[str, str] = {}
 
 
-_BT709 = 1  # their numbers in ITU-T H.273
+_BT709 = 1  # number of BT.709 in ITU-T H.273
 _LIMITED = 1
 CODECS = {
     ".mp4": Codec("mp4", "libx264", "yuv420p", {"crf": "18", "preset": "fast"}, {"movflags": "+faststart"}),
@@ -65,8 +65,8 @@ class Recorder:
     fps
         Frames a second.
     first
-        Number of frames that a folder, or parts of a film, hold already; the next ones follow them. With a number, 0 or
-        more, an MP4 is written in parts (terrain_gl/film/parts.py).
+        Number of frames that a folder, or parts of a film, already hold; new frames follow them. With a number, also
+        0, an MP4 is written in parts (terrain_gl/film/parts.py).
 
     Raises
     ------
@@ -106,7 +106,7 @@ class Recorder:
             (height, width, 3 or 4) uint8, first row on top; all frames have the same size.
         at_s
             Seconds since the start, for live recordings. If several frames fall into one frame of the film, the first
-            is used; a frame is shown until the next one. Without `at_s`, frames follow each other.
+            of them is used. A frame is shown until the next one comes. Without `at_s`, every frame is one of the film.
         wait
             Whether to wait if the encoder is behind; else the frame is dropped.
 
@@ -144,7 +144,7 @@ class Recorder:
         self._raise_error()
 
     def cancel(self) -> None:
-        """Stop and leave no film; the pictures in a folder stay."""
+        """Stop without a film. Pictures that are already in a folder stay."""
         self._cancelled = True
         with contextlib.suppress(queue.Full):
             self._queue.put_nowait(None)

@@ -13,10 +13,10 @@ from .path import CameraPath, Keyframe
 KEYFRAMES = 16
 RADIUS = 0.3  # radii of the loop, as a part of the map's width and height
 NEARBY = 0.06  # radius of the ground that a keyframe must stay above, as a part of the map's smaller side
-LOW = 0.02  # lowest and highest height above that ground, in the same unit
+LOW = 0.02  # lowest and highest height above that ground, as parts of the map's smaller side
 HIGH = 0.1
 AHEAD = 0.6 * math.pi  # the eye looks at the point of the loop that is this angle ahead
-CLEARANCE = 0.01  # smallest height above the surface, in the same unit
+CLEARANCE = 0.01  # smallest height above the surface, as a part of the map's smaller side
 FOV_DEG = 55.0
 
 
@@ -41,7 +41,7 @@ def clearance_m(heightmap: Heightmap) -> float:
 def above_surface_m(heightmap: Heightmap, way: np.ndarray) -> np.ndarray:
     """A lower bound of the height above the surface for each piece of a path (n, 3): (n - 1,) metres.
 
-    The surface is never above the highest post around. The result is infinite over voids and outside the map.
+    The surface is never above the highest of the posts around. The result is infinite over voids and outside the map.
     """
     steps = np.abs(np.diff(way[:, :2], axis=0)) / heightmap.spacing_m
     fine = max(1, math.ceil(float(steps.max(initial=0.0))))

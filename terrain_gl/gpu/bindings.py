@@ -38,7 +38,7 @@ class Binding(NamedTuple):
 
 @cache
 def places(path: str) -> dict[str, Binding]:
-    """Read all declarations in the shader `path` and in what it includes, by name."""
+    """Read all declarations in the shader `path` and in the files that it includes, by name."""
     return {match["name"]: _place(match) for match in _DECLARATION.finditer(shaders.source(path))}
 
 

@@ -28,7 +28,7 @@ _PACKAGES = {
 
 
 class Probe(NamedTuple):
-    """Whether one back end works on this machine; `reason` is empty if it does."""
+    """Whether a back end works on this machine; `reason` is empty if it does."""
 
     name: str
     works: bool
@@ -48,7 +48,7 @@ def create_context(backend: str = "auto") -> moderngl.Context:
     Raises
     ------
     UsageError
-        For another name.
+        The name is not one of these.
     TerrainError
         No back end works; the message gives the reason for each one tried.
     """
@@ -110,7 +110,7 @@ def _finish(ctx: moderngl.Context, name: str) -> moderngl.Context:
 
 
 def _too_old(name: str) -> str:
-    """A sentence about the version found; empty if there is no OpenGL at all."""
+    """A sentence about the version that was found; empty if there is no OpenGL at all."""
     try:
         ctx = _BACKENDS[name](_OLDEST)
     except Exception:

@@ -33,8 +33,8 @@ _TEXTURE0 = 0x84C0
 _TEXTURE_BUFFER = 0x8C2A
 _R32UI = 0x8236
 SOFTWARE = ("llvmpipe", "softpipe")  # names of Mesa's software renderers
-CODE_FOR = "TERRAIN_GL_CODE_FOR"  # environment: "gpu" tests on a processor what GPUs run
-MOST_VERTICES = 65535  # of tessellation in one draw: Mesa's software renderer counts them in 16 bits
+CODE_FOR = "TERRAIN_GL_CODE_FOR"  # environment variable: with "gpu", a processor runs the code for GPUs, for tests
+MOST_VERTICES = 65535  # most tessellated vertices in one draw: Mesa's software renderer counts them in 16 bits
 COMMAND_STRIDE = 20  # bytes between indirect commands, as in moderngl's render_indirect
 
 _LIMITS = {
@@ -71,7 +71,7 @@ def wants_few_groups(ctx: moderngl.Context) -> bool:
 
 
 def has(program: Any, name: str) -> bool:
-    """Whether a program has a uniform or a block of that name; its names are listed once."""
+    """Whether a program has a uniform or a block of that name. The program's names are listed only once."""
     return name in _written(program)
 
 
@@ -91,21 +91,21 @@ def write_uniforms(program: Any, **values: Any) -> None:
 
 
 def _written(program: Any) -> dict[str, Any]:
-    """The names of a program's uniforms and blocks, with the values that were written last; those of the last call."""
+    """The names of a program's uniforms and blocks, each with its last value, and all values of the last call."""
     if program.extra is None:
         program.extra = dict.fromkeys(program)
     return program.extra
 
 
 def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> moderngl.Texture:
-    """A texture of one value a texel, read without interpolation; beyond its rim the rim is repeated."""
+    """A texture of one value per texel, read without interpolation. Outside it, its rim is repeated."""
     texture = ctx.texture(size, 1, dtype=dtype)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     texture.repeat_x = texture.repeat_y = False
     return texture
 
 
-# every frame calls it, and extensions take long to list
+# kept, because every frame calls it, and listing extensions takes long
 _clip_controls: WeakKeyDictionary[moderngl.Context, Callable[[int, int], None] | None] = WeakKeyDictionary()
 
 
@@ -121,7 +121,7 @@ def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
 
 
 def use_default_framebuffer(ctx: moderngl.Context) -> None:
-    """Bind framebuffer 0. moderngl binds the last one again later, which is an error if that was released."""
+    """Bind framebuffer 0. Otherwise moderngl later binds the last one again: an error if that was released."""
     ctx.detect_framebuffer(0).use()
 
 
@@ -158,7 +158,7 @@ def reserve(ctx: moderngl.Context, size: int, what: str) -> moderngl.Buffer:
 
 
 def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
-    """The buffer, if it holds `needed` bytes; else a larger one that replaces it. The old content is lost."""
+    """The buffer, if it has `needed` bytes; else a larger one that replaces it. The old content is then lost."""
     if needed <= buffer.size:
         return buffer
     buffer.release()
@@ -233,12 +233,12 @@ def capture(
     Returns
     -------
     int
-        Triangles written.
+        Number of triangles that were written.
 
     Raises
     ------
     TerrainError
-        If `out` was too small for all of them.
+        `out` was too small for all triangles.
     """
     function(ctx, "glUseProgram", None, c_uint)(program.glo)
     function(ctx, "glBindVertexArray", None, c_uint)(vao.glo)

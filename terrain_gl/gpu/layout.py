@@ -14,14 +14,14 @@ MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
 TILE = 32  # nodes a side of the tile that one work group turns into patches; a row is one word with a bit for each node
 SIZES = 7  # patches have 2^0 to 2^6 segments a side
 GROUP = 64  # threads of a work group that processes words
-COUNT_TILE_LOG2 = 1  # log2 of the side in nodes of a tile that one class counter covers; one more on level 0, the cells
+COUNT_TILE_LOG2 = 1  # log2 of the side, in nodes, of a tile of one class counter; one more on level 0, the cells
 COUNT_TILE = 1 << COUNT_TILE_LOG2
 CLASSES = 64  # error classes: glsl/blocks/terrain.glsl
-WIDE_CLASSES = 4  # the first of them, and those that follow
+WIDE_CLASSES = 4  # wide classes come first; narrow classes follow
 NARROW_CLASSES = 56
-NARROW_OCTAVES = 0.125  # of a narrow class, and of each of the last four
-LAST_OCTAVES = 1.75
-NARROW_CELLS = 16.0  # narrow classes begin at the width of so many cells of the map
+NARROW_OCTAVES = 0.125  # octaves of a narrow class
+LAST_OCTAVES = 1.75  # octaves of each of the last four classes
+NARROW_CELLS = 16.0  # narrow classes begin at the width of this many cells of the map
 SKY_TEXEL = 3  # cells a side of a texel of the sky's visibility
 MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as fine as the last
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
@@ -57,7 +57,7 @@ TERRAIN = np.dtype(
 
 
 def class_octaves(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
-    """The octave below the span at which the narrow error classes begin; octaves of a class above, there, and below."""
+    """The octave at which narrow error classes begin; then the octaves of a class above, among and below them."""
     cell_m = math.sqrt(spacing_m[0] * spacing_m[1])
     begin = max(2.0, math.log2(span_m / (NARROW_CELLS * cell_m)))
     return np.array([begin, begin / WIDE_CLASSES, NARROW_OCTAVES, LAST_OCTAVES], np.float32)
@@ -145,7 +145,7 @@ class Patches(NamedTuple):
 
     @property
     def size(self) -> np.ndarray:
-        """Columns and rows of posts that each covers, (n, 1)."""
+        """Columns and rows of posts that each patch covers, (n, 1)."""
         return 1 << self.side_log2[:, None]
 
     @property
@@ -175,12 +175,12 @@ class Level(NamedTuple):
 
     @property
     def nodes(self) -> int:
-        """Nodes of the level."""
+        """Number of nodes of the level."""
         return self.size[0] * self.size[1]
 
     @property
     def words(self) -> int:
-        """Words that hold one bit of each node; every row starts a new word."""
+        """Number of words with one bit for each node; every row starts a new word."""
         return -(-self.size[0] // TILE) * self.size[1]
 
     @property

@@ -96,7 +96,7 @@ class OSMesaLoader:
 
 
 def _let_go_of_egl() -> None:
-    """Release EGL's current context. EGL does not notice OSMesa's, and later would not make its own current again."""
+    """Release EGL's current context. Else EGL, which does not know OSMesa's, would later not make its own current."""
     with contextlib.suppress(OSError):
         ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 

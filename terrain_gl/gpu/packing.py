@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-ERROR_UNIT = 2.0**-14  # of an error in a record, as a part of the span
+ERROR_UNIT = 2.0**-14  # unit of errors in a record, as a part of the span
 STEPS = 65535  # heights are stored as steps of 16 bits
 
 

@@ -72,7 +72,7 @@ class Session:
             self.ctx.__enter__()  # type: ignore[no-untyped-call]
 
     def run(self, steps: GeneratorType[Any, None, Any]) -> Generator[Any, None, Any]:
-        """Take the steps of a generator, each in this session's context; other sessions may draw in between."""
+        """Take the steps of a generator, each in this session's context. Other sessions may draw in between."""
         self._unfinished.append(steps)
         try:
             while True:
@@ -95,7 +95,7 @@ class Session:
         Raises
         ------
         TerrainError
-            The GPU has too little memory for what the block makes.
+            The GPU has too little memory for the objects that the block makes.
         """
         message = f"{what} about {max(1, needed >> 20)} MiB of GPU memory, more than is free: {advice}"
         try:

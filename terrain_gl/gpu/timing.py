@@ -20,7 +20,7 @@ import moderngl
 
 from . import gl
 
-FRAME_STAGES = ("lod", "draw", "shade")  # each may come in many steps in one frame
+FRAME_STAGES = ("lod", "draw", "shade")  # in one frame, each may run in many steps
 _TIMESTAMP = 0x8E28
 _COUNTER_BITS = 0x8864
 _RESULT = 0x8866
@@ -105,7 +105,7 @@ class Stopwatch:
             self._spare += made
         query = self._spare.pop()
         self._mark(query, _TIMESTAMP)
-        if self._is_software:  # Mesa keeps marks among triangles that wait; compute shaders would overtake them
+        if self._is_software:  # Mesa queues marks with triangles; compute shaders would overtake them
             self._flush()
         return query
 
@@ -190,7 +190,7 @@ class StageTimer:
             self.ms[name] = before + 1e3 * (time.perf_counter() - started)
 
     def steps(self, name: str, steps: Iterator[float]) -> Iterator[float]:
-        """Take steps and time each as a part of a stage; work between the steps does not count."""
+        """Take steps, and time each as a part of a stage. Work between the steps does not count."""
         while True:
             with self.stage(name):
                 share = next(steps, None)

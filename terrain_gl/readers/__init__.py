@@ -1,4 +1,4 @@
-"""Readers: a raster file as blocks of raw pixel values, so that a large map is never in memory twice.
+"""Readers: they give a raster file as blocks of raw pixel values, so that a large map is never in memory twice.
 
 The first bytes of a file decide its kind, not its name (except .hgt files, which have no header). OpenImageIO reads
 PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI and, without rasterio, TIFF. numpy reads .npy and .hgt. rasterio (GDAL)
@@ -45,7 +45,7 @@ class How(NamedTuple):
     raw : (int, int), optional
         Columns and rows of a file without a header.
     byte_order : {"little", "big"}, optional
-        Of the numbers in a file without a header; by default the one with smoother land.
+        Byte order of the numbers in a file without a header; by default the order that gives smoother land.
     """
 
     trusted: bool = False
@@ -145,5 +145,5 @@ def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
 
 
 def _has_headers_of_gdal(path: str) -> bool:
-    """Whether GDAL's own headers are beside a file: place, scale and no-data value, or a mask."""
+    """Whether headers of GDAL are beside a file: with place, scale and no-data value, or with a mask."""
     return any(os.path.isfile(path + ending) for ending in (".aux.xml", ".msk"))

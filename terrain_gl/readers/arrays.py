@@ -78,7 +78,7 @@ def _hgt_place(path: str, side: int) -> tuple[Spacing | None, Georeference | Non
 RAW_ENDINGS = (".raw", ".r16", ".r32")
 ORDERS = {"little": "<", "big": ">"}  # of the bytes of a number
 _RAW_TYPES = {1: "u1", 2: "u2", 4: "f4"}
-_SMOOTHER = 0.5  # the big end comes first if neighbours then differ by at most this share
+_SMOOTHER = 0.5  # numbers are big-endian if neighbours then differ by at most this share of the other difference
 _SAMPLE_BYTES = 1 << 22
 
 
@@ -90,7 +90,7 @@ def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str
     size : (int, int), optional
         Columns and rows; by default a square of 16-bit posts, or of floats for .r32.
     byte_order : {"little", "big"}, optional
-        By default little, or big with a note if the land is much smoother with it.
+        By default "little"; or "big", with a note, if that gives much smoother land.
     """
     length = os.path.getsize(path)
     if size is None:
@@ -111,7 +111,7 @@ def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str
 
 
 def _is_big_endian(path: str, each: int, cols: int) -> bool:
-    """Whether land is much smoother in this byte order: in the other one, neighbours differ at random."""
+    """Whether the land is much smoother with big-endian numbers: in the wrong order, neighbours differ at random."""
     rows = max(1, _SAMPLE_BYTES // (each * cols))
     with open(path, "rb") as file:
         file.seek(max(0, os.path.getsize(path) // each // cols - rows) // 2 * each * cols)
@@ -125,7 +125,7 @@ def _roughness(bits: np.ndarray, each: int) -> float:
     order = bits.astype(np.int64)
     if each == 2:
         order &= 0xFFFF
-    else:  # a negative float is lower if its other bits are higher
+    else:  # of two negative floats, the lower one has the larger bits
         order = np.where(order < 0, -(order & 0x7FFFFFFF), order)
     low, high = order.min(), order.max()
     return float(np.abs(np.diff(order, axis=1)).mean() / (high - low)) if high > low and order.shape[1] > 1 else 0.0

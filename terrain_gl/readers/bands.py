@@ -1,4 +1,4 @@
-"""The bands of a GDAL raster that are read: heights or colours, and whatever says where there are none.
+"""The bands of a GDAL raster that are read: heights or colours, and data that tell where there are none.
 
 A file may say "no data here" by a value, which `values` compares, or by opacity: a mask inside the file or beside it
 (.msk), an alpha band, or a palette's transparent entries. Opacity is read as one more channel, 0 where a post is void.
@@ -31,7 +31,7 @@ class Bands:
     greys : numpy.ndarray, optional
         The grey level of each index of a palette, and its opacity: (n, 2) uint8.
     names : tuple of str
-        What the file calls the bands of `heights`; empty texts where it does not say.
+        The file's names of the bands of `heights`; empty for bands without a name.
     """
 
     heights: tuple[int, ...]
@@ -47,11 +47,11 @@ class Bands:
 
     @property
     def channels(self) -> int:
-        """Channels of what `read` returns."""
+        """Number of channels that `read` returns."""
         return len(self.heights) + self.has_opacity
 
     def read(self, data: Any, window: Any = None, size: tuple[int, int] | None = None) -> np.ndarray:
-        """Pixels (rows, cols, channels) of a window; `size`: only so many rows and columns of them."""
+        """Pixels (rows, cols, channels) of a window; with `size`, only that many rows and columns, spread over it."""
         where = {"window": window, "out_shape": size}
         pixels = np.stack([data.read(band, **where) for band in self.heights], -1)
         if not self.has_opacity:
@@ -69,7 +69,7 @@ class Bands:
 
 
 def bands_of(data: Any, name: str, band: Band | None) -> Bands:
-    """Choose the bands of a dataset of rasterio: `band`, by its number or its name, or else all.
+    """Choose the bands of a rasterio dataset: the band with this number or name, or else all bands.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def _name(data: Any, band: int) -> str:
 
 
 def _has_mask(data: Any, first: int) -> bool:
-    """Whether the mask of a band says more than its no-data value. Alpha bands are read as they are."""
+    """Whether a band has a mask that its no-data value does not give. Alpha bands are read as they are."""
     from rasterio.enums import MaskFlags
 
     return set(data.mask_flag_enums[first]) not in (
@@ -119,7 +119,7 @@ def _greys(data: Any, band: int, name: str) -> np.ndarray:
     Raises
     ------
     TerrainError
-        It has colours.
+        The palette has colours other than greys.
     """
     palette: dict[int, Sequence[int]] = data.colormap(band)
     entries = np.zeros((max(palette, default=0) + 1, 4), np.uint8)

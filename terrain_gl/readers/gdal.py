@@ -111,7 +111,7 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     spacing_m, notes = spacing_of(place, name)
     unit_m, of_heights = vertical_unit_m(data.units[first], place.crs)
     said = said_in(_description(data))
-    nodata = data.nodatavals[first] if bands.greys is None else None  # of a palette, it is an index
+    nodata = data.nodatavals[first] if bands.greys is None else None  # in a palette, it would be an index
     return Raster(
         name,
         (data.height, data.width, bands.channels),
@@ -129,12 +129,12 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
 
 
 def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
-    """Where a dataset lies, by its transform or by ground control points on a grid; and notes for the user.
+    """The place of a dataset, from its transform or from ground control points on a grid; and notes for the user.
 
     Raises
     ------
     TerrainError
-        Ground control points are the only place, and they lie on no grid.
+        Only ground control points give the place, and they lie on no grid.
     """
     size = data.width, data.height
     place = Georeference(Grid(*data.transform[:6]), _crs(data), size)
@@ -159,7 +159,8 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
     Raises
     ------
     TerrainError
-        The file has several layers, and none or another one is named; the message lists them. Also as `open_local`.
+        The file has several layers, and `band` names none of them; the message lists them. Also the errors of
+        `open_local`.
     """
     opener = open_trusted if trusted else open_local
     data = opener(path, name)
@@ -167,7 +168,7 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
         return data, band
     layers = {text.rpartition(":")[2]: text for text in data.subdatasets}
     data.close()
-    if not trusted:  # other names could be read as the name of another file
+    if not trusted:  # any other text could be read as the name of another file
         layers = {layer: text for layer, text in layers.items() if re.fullmatch(r"[\w/.+-]+", layer)}
     if band in layers:
         return _open_part(layers[str(band)], trusted), None

@@ -39,7 +39,7 @@ def ground_steps(crs: str, middle: tuple[float, float], steps: Spacing) -> Spaci
     middle : (float, float)
         Map coordinates of the middle of both steps.
     steps : (float, float)
-        In map units.
+        Lengths of the steps in map units.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _angles(crs: str) -> tuple[Any, float, Any]:
 
 
 def flat_crs(crs: Any) -> Any:
-    """The pyproj CRS of whatever pyproj takes, without its heights.
+    """The pyproj CRS, without its vertical part, for anything that pyproj accepts as a CRS.
 
     Raises
     ------

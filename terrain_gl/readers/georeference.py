@@ -19,7 +19,7 @@ LARGEST_STEP = 1e6
 FINEST_DEGREES = 0.1  # without a CRS, a step below this may be degrees
 EVEN = 1e-3  # distances below this share of a post are rounding errors
 TRUE_SCALE = 5e-3  # a map whose units are this near to metres on the ground keeps its own round numbers
-MISSES = 0.01  # the same for ground control points, which are often written with few digits
+MISSES = 0.01  # ground control points may miss the grid by this share of a post: they often have few digits
 DEGREES = "EPSG:4326"  # longitude and latitude on WGS 84
 WORLD_FILES = (".wld", ".pgw", ".pngw", ".tfw", ".tifw", ".tiffw", ".jgw", ".bpw", ".exrw", ".hdrw")
 
@@ -48,7 +48,8 @@ class Grid(NamedTuple):
 class Georeference(NamedTuple):
     """Where a raster lies: its grid, a coordinate system or None, columns and rows.
 
-    The coordinate system is rasterio's while a file is read; as WKT, or a name like EPSG:4326, it stays with the map.
+    While a file is read, the coordinate system is an object of rasterio. The map keeps it as WKT, or as a name such as
+    EPSG:4326.
     """
 
     grid: Grid
@@ -67,7 +68,7 @@ class Georeference(NamedTuple):
         return Georeference(grid, crs if crs is None or isinstance(crs, str) else _wkt(crs), (cols, rows))
 
     def resampled(self, cols: int, rows: int) -> Georeference:
-        """The georeference for another number of posts over the same land; the outermost posts keep their places."""
+        """The georeference for another number of posts over the same land. The outermost posts keep their places."""
         grid = self.grid
         across, down = self.size
         a, e = grid.a * (across - 1) / (cols - 1), grid.e * (down - 1) / (rows - 1)
@@ -82,7 +83,7 @@ class Georeference(NamedTuple):
         return self.grid.c + self.grid.a * cols / 2, self.grid.f + self.grid.e * rows / 2
 
     def straightened(self) -> Georeference:
-        """The same without a turn that moves no post by more than `EVEN` posts: that is a rounding error."""
+        """The same georeference without a turn that is only a rounding error: it moves no post by more than `EVEN`."""
         grid = self.grid
         cols, rows = self.size
         if abs(grid.b) * rows <= EVEN * abs(grid.a) and abs(grid.d) * cols <= EVEN * abs(grid.e):
@@ -147,7 +148,7 @@ def _metres(place: Georeference, steps: Spacing) -> tuple[Spacing, tuple[str, ..
 
 
 def _on_the_ground(place: Georeference, steps: Spacing, unit_m: float) -> tuple[Spacing, tuple[str, ...]]:
-    """Metres between posts of a projected map, by geodesics in mid-map if its metres are not metres on the ground."""
+    """Metres between posts of a projected map. If its units are not true on the ground, geodesics in mid-map decide."""
     told = steps[0] * unit_m, steps[1] * unit_m
     wkt = _wkt(place.crs) or ""
     try:
@@ -207,7 +208,7 @@ def _ellipsoid(crs: Any) -> tuple[float, float]:
 
 
 def grid_through(posts: Sequence[tuple[float, float]], places: Sequence[tuple[float, float]]) -> Grid | None:
-    """The grid that gives columns and rows their places, by least squares; None if it misses one by `MISSES` posts."""
+    """The grid that fits places of posts best (least squares); None if one is more than `MISSES` posts off."""
     columns_rows = np.column_stack([posts, np.ones(len(posts))])
     if np.linalg.matrix_rank(columns_rows) < 3:
         return None
@@ -231,7 +232,7 @@ _UNITS = {
 
 
 def vertical_unit_m(unit: str | None, crs: Any) -> tuple[float, tuple[str, ...]]:
-    """Metres in a unit of height: of the band, else of the vertical part of the CRS; and a note if it is unknown."""
+    """Metres in the unit of height, of the band or else of the CRS's vertical part; and a note if it is unknown."""
     word = " ".join((unit or "").lower().split())
     if word in _UNITS and word:
         return _UNITS[word], ()

@@ -48,12 +48,12 @@ def _of_array(array: Any, name: str) -> Raster:
 
 
 def _only_variable(dataset: Any, name: str) -> Any:
-    """The DataArray of a Dataset's only variable of heights, with the coordinate system that it names.
+    """The only variable of a Dataset that is a map, as a DataArray with the coordinate system that it names.
 
     Raises
     ------
     TerrainError
-        There are several, or none.
+        There are several such variables, or none.
     """
     layers = {key: array for key, array in dataset.data_vars.items() if _is_layer(array)}
     if len(layers) != 1:
@@ -73,7 +73,7 @@ def _is_layer(array: Any) -> bool:
 
 
 def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
-    """A DataArray, or the only one of a Dataset, with its rows from north to south, and its description.
+    """A DataArray (or the only map of a Dataset) with rows from north to south, and its description.
 
     Nothing is computed.
 
@@ -158,7 +158,7 @@ def _grid(x: np.ndarray | None, y: np.ndarray | None) -> Grid:
 
 
 def _crs_of(array: Any, across: Hashable) -> Any:
-    """A rasterio CRS by rioxarray or CF conventions, else by the names of the dimensions."""
+    """A rasterio CRS from rioxarray or CF conventions, else from the names of the dimensions."""
     text = next(
         (
             str(told)

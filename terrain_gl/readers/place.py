@@ -28,7 +28,7 @@ class Place:
     Attributes
     ----------
     georeference
-        Its grid, coordinate system, columns and rows.
+        Grid, coordinate system, columns and rows of the map.
     spacing_m
         Metres between posts, east and north.
     """
@@ -68,10 +68,10 @@ class Place:
         return col * self.spacing_m[0], (rows - 1 - row) * self.spacing_m[1]
 
     def nearest_turn(self, eastings: np.ndarray, is_line: bool = False) -> np.ndarray:
-        """The same places, by the turn of the Earth that is nearest to the map.
+        """The same places with coordinates near the map's: whole turns around the Earth are added.
 
-        Longitudes are the same modulo 360 degrees, so a map from 280 to 290 and a place at -75 meet. A line stays in
-        one piece, although it may cross the meridian at which its coordinates begin anew.
+        Longitudes are equal modulo 360 degrees: on a map from 280 to 290, a place at -75 is at 285. A line stays in one
+        piece, even if it crosses the meridian at which its coordinates begin anew.
         """
         turn = self._turn
         if turn is None or not len(eastings):
@@ -158,14 +158,14 @@ def _turn_of(crs: str) -> float | None:
     if not all(map(math.isfinite, x + y)):
         return None
     is_cylindrical = abs(x[3] - x[1]) < 1e-3 and max(y[:3]) - min(y[:3]) < 1e-3
-    # one of both quarters of a turn may cross the meridian at which the system begins anew
+    # one of these two quarters of a turn may cross the meridian at which the system begins anew
     return 4 * min(abs(x[1] - x[0]), abs(x[2] - x[1])) if is_cylindrical else None
 
 
 def check_crs(file: Placed, other: Placed) -> None:
-    """Refuse the same numbers in another coordinate system, such as the next zone of UTM: they are another place.
+    """Refuse a file in another coordinate system, such as the next zone of UTM: equal numbers would be other places.
 
-    Systems that differ by less than a post are accepted, and maps without one.
+    Systems that differ by less than a post are accepted, and so are maps without a system.
 
     Raises
     ------

@@ -24,7 +24,7 @@ _SAMPLES = 1024  # places a side where the slope is measured
 
 
 class Guess(NamedTuple):
-    """What is chosen where a file says nothing.
+    """Scale and spacing that are chosen if a file does not give them.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Guess(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """What a guess is made from.
+    """Heights from which a guess is made.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Sample(NamedTuple):
 
 
 def sample_of(read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int], strip: int) -> Sample:
-    """Sample a map that is read in strips of so many rows; the result does not depend on their number."""
+    """Sample a map that is read in strips of `strip` rows. The result does not depend on that number."""
     rows, cols = shape
     step = max(1, -(-max(shape) // _SAMPLES))
     across = slice(0, cols - 1, step)
@@ -87,7 +87,7 @@ def guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | Non
     Parameters
     ----------
     sample
-        Samples the values as they are stored; only called if a guess may be needed.
+        Function that samples the stored values. It is called only if a guess may be needed.
     """
     known_m = spacing_m or (1.0, 1.0)
     scale = 1.0
@@ -151,7 +151,7 @@ def plausible_spacing(sample: Sample) -> tuple[float, tuple[str, ...]]:
 
 
 def not_of_the_earth(range_m: tuple[float, float]) -> tuple[str, ...]:
-    """A note if no land on the Earth has such heights: then nothing is known of what grows there."""
+    """A note if no land on the Earth has such heights: then we do not know what grows there."""
     if EARTH_M[0] <= range_m[0] and range_m[1] <= EARTH_M[1]:
         return ()
     heights = f"no land on the Earth has heights {range_m[0]:g} to {range_m[1]:g} m"
@@ -173,6 +173,6 @@ def _degrees(slope: float) -> float:
 
 
 def _one_digit(value: float) -> float:
-    """The largest digit times a power of ten that is not above a value."""
+    """The largest number of one digit (times a power of ten) that is not above a value."""
     power = 10.0 ** math.floor(math.log10(value))
     return float(f"{math.floor(value / power * 1.0001) * power:.12g}")

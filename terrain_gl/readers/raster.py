@@ -58,7 +58,7 @@ class Raster:
     bands_chosen : bool
         The blocks have only the requested band.
     bands : tuple of str
-        What the file calls its channels without opacity; empty if it does not say.
+        The file's names of its channels without opacity; empty if it has none.
     georeference : Georeference or None
         Where the map lies, north up, if the file gives it.
     """
@@ -128,7 +128,7 @@ def number_of(band: Band, names: Sequence[str], file: str) -> int:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Bands in a message: their number, and their names if they have any."""
+    """Bands as text for a message: their number, and their names if they have any."""
     shown = [f"{i}: {name[:40]}" if name else f"{i}" for i, name in enumerate(names[:MOST_LISTED], 1)]
     words = f" ({', '.join(shown)}{', …' if len(names) > MOST_LISTED else ''})" if any(names) else ""
     return f"has {len(names)} bands{words}"
@@ -141,7 +141,7 @@ def _channels(blocks: Blocks, keep: list[int]) -> Blocks:
 
 
 def rows_at_once(cols: int, unit: int = 1) -> int:
-    """Rows of one block: about BLOCK_POSTS posts, whole units (tiles, strips) unless one is larger than that."""
+    """Rows of one block of about BLOCK_POSTS posts. They are whole units (tiles, strips), unless a unit is larger."""
     rows = max(1, BLOCK_POSTS // max(cols, 1))
     return rows if unit > 4 * rows else -(-rows // unit) * unit
 

@@ -1,6 +1,7 @@
 """Values that mark voids although the file does not say so: -9999, -32768, 1e20 and others.
 
-Heights of land have no gaps: from the lowest to the highest post nearly every height occurs. A mark stands far outside.
+Heights of land have no gaps: between the lowest and the highest post, nearly every height occurs. A value that marks
+voids is far outside this range.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import math
 
 import numpy as np
 
-GAP = 0.1  # least distance of a usual mark from all other heights, as a share of their range
+GAP = 0.1  # a usual mark of voids is farther than this from all other heights, as a share of their range
 HIGHEST_M = 1e5  # no body of the solar system has such heights
 MOST_MARKS = 4  # marks at one end of the heights
 _SAMPLES = 1024  # posts a side where unusual values are looked for
@@ -22,8 +23,8 @@ _ENDS = {sign * 2**bits + off for bits in _BITS for sign in (-1, 1) for off in (
 def undeclared_voids(heights: np.ndarray, scales: tuple[float, float]) -> tuple[tuple[float, ...], tuple[str, ...]]:
     """The heights that are marks of voids, and a note for the user on each.
 
-    A usual mark (`is_usual`) at one end of the heights counts as one if it is farther from all other heights than a
-    tenth of their range. Another value that many posts have, farther away than the whole range, only gets a note.
+    A usual mark (`is_usual`) at one end of the heights counts if it is farther from all other heights than a tenth of
+    their range. If many posts have another value that is farther away than the whole range, there is only a note.
 
     Parameters
     ----------
@@ -70,7 +71,7 @@ def _at_end(heights: np.ndarray, scales: tuple[float, float], is_low: bool) -> l
         heights = heights[heights > end] if is_low else heights[heights < end]
         if heights.size:
             low, high = float(heights.min()), float(heights.max())
-            varied = high > low or end < 0 or abs(end) > HIGHEST_M  # 0 and 65535 alone are black and white
+            varied = high > low or end < 0 or abs(end) > HIGHEST_M  # a map of only 0 and 65535 is black and white
             if varied and abs((low if is_low else high) - end) > GAP * (high - low):
                 return found
     return []

@@ -82,7 +82,7 @@ def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: 
 def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
     """One channel of values. Several channels count as one if they are equal: grey that is stored as colour."""
     colours = pixels[..., : raster.colours]
-    if raster.has_alpha and raster.colours > 1:  # what is transparent may have any colour
+    if raster.has_alpha and raster.colours > 1:  # transparent pixels may have any colour
         colours = np.where(pixels[..., -1:] == 0, pixels[..., :1], colours)
     others = colours[..., 1:]
     first = np.broadcast_to(pixels[..., :1], others.shape)

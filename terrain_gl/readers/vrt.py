@@ -82,7 +82,7 @@ def open_vrt(path: str, name: str) -> Raster:
     Raises
     ------
     TerrainError
-        Not a mosaic of files beside or below it, or one with features that this reader does not support.
+        The file is not a mosaic of files beside or below it, or it has features that this reader does not support.
     """
     if not has_rasterio():
         raise TerrainError(f"{name}: is a .vrt: {INSTALL_GEO}")
@@ -273,7 +273,7 @@ def _equal(values: np.ndarray, nodata: float) -> np.ndarray:
 
 
 class _Files:
-    """The datasets of the sources; those used last stay open."""
+    """The datasets of the sources. The most recently used ones stay open."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -287,7 +287,7 @@ class _Files:
             self._open.popitem()[1].close()
 
     def read(self, source: Source, target: Box, of_mask: bool) -> np.ndarray:
-        """(height, width) values, or mask, for a part of the map that the source covers."""
+        """Values, or the mask, of a part of the map that the source covers: (height, width)."""
         import rasterio
 
         across, down = source.part.width / source.place.width, source.part.height / source.place.height

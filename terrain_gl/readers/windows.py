@@ -107,7 +107,7 @@ class Reading:
 def open_windows(
     paths: Sequence[str | os.PathLike[str]], reading: Reading | None = None, spacing_m: float | Spacing | None = None
 ) -> WindowedRaster:
-    """Open a file, or several files as one mosaic. What one file does not say is guessed, as by `Heightmap.open`.
+    """Open a file, or several files as one mosaic. Missing scale and spacing are guessed, as by `Heightmap.open`.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def open_windows(
     Raises
     ------
     TerrainError
-        A file cannot be read, or is not on the grid of the first one.
+        A file cannot be read, or is not on the grid of the first file.
     """
     files = [RasterFile(os.fspath(path), reading or Reading()) for path in paths]
     marks = {mark for file in files for mark in file.find_voids()}
@@ -130,7 +130,7 @@ def open_windows(
 
 
 def windows_of(source: Any, name: str) -> WindowedRaster:
-    """A DataArray of xarray, or any 2-D object with `shape` and slices: of numpy, Dask, Zarr, h5py, or your own."""
+    """Windows of a DataArray of xarray, or of any 2-D object with `shape` and slices (numpy, Dask, Zarr, h5py, ...)."""
     if is_labelled(source):
         array, raster = lazy_array(source, name)
         return Sliced(name, array, raster)
@@ -147,7 +147,7 @@ def _no_blocks() -> Blocks:
 
 
 def _without_blocks(raster: Raster) -> dict[str, Any]:
-    """A description of a map as it can be sent to another process; generators cannot."""
+    """A description of a map without its blocks: a generator cannot be sent to another process."""
     return {each.name: getattr(raster, each.name) for each in fields(Raster) if each.name != "blocks"}
 
 
@@ -221,7 +221,7 @@ class RasterFile:
         return without(self.reading.heights(self._pixels(rows, cols), self._raster), self.voids_m)
 
     def find_voids(self) -> tuple[float, ...]:
-        """Heights that mark voids although the file does not say so, looked for in a sample; adds notes on them."""
+        """Find heights that mark voids although the file does not say so, in a sample; adds notes on them."""
         if self.reading.nodata is not None:
             return ()
         few = self.sample((min(self.shape[0], _SAMPLES), min(self.shape[1], _SAMPLES)))
@@ -243,7 +243,7 @@ class RasterFile:
 
     @property
     def _strip(self) -> int:
-        """Rows that are read at once; values of more rows, in float64, would take more memory than the map."""
+        """Number of rows that are read at once. More rows, in float64, would take more memory than the map."""
         return max(_LEAST_STRIP, _STRIP_POSTS // self.shape[1])
 
     def _in_strips(self) -> np.ndarray:
@@ -271,7 +271,7 @@ class RasterFile:
         self.__dict__.update(state, _raster=raster, _open=threading.local())
 
     def _pixels(self, rows: slice = _ALL, cols: slice = _ALL, out: tuple[int, int] | None = None) -> np.ndarray:
-        """Pixels of a window; `out`: only so many rows and columns of them."""
+        """Pixels of a window; with `out`, only that many rows and columns, spread over it."""
         rows, cols = (slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True))
         if not self._by_window:
             return self._whole()[rows, cols]
@@ -303,12 +303,12 @@ class RasterFile:
 
 
 def _teller(files: Sequence[RasterFile]) -> RasterFile:
-    """The first file that names a coordinate system, which counts for all; without one, the first file."""
+    """The first file that names a coordinate system, which is used for all files; if none does, the first file."""
     return next((file for file in files if file.georeference and file.georeference.crs), files[0])
 
 
 class Mosaic:
-    """Files on one grid. Where they overlap, the last one with a height is used.
+    """Files on one grid. Where they overlap, the last file that has a height is used.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Facts about a drawn frame: its achieved error, its holes, why a patch has its level."""
+"""Facts about a drawn frame: its achieved error, its holes, and why a patch has its level."""

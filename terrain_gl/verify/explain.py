@@ -28,20 +28,20 @@ _RING_ANSWER = np.dtype(
 
 @dataclass(frozen=True)
 class Lookup:
-    """How a table of error counts answers whether a square is within the tolerance: four fetches.
+    """The look-up, by four fetches, that tells whether a square is within the tolerance.
 
     Attributes
     ----------
     level, error_class
-        The table: of quads of 2^level posts a side, and of this class of errors.
+        The table that was read: for quads of 2^level posts a side, and for this class of errors.
     limit_m
         The error of the class in metres: the largest class that is within the tolerance.
     tiles
         The box: first column and row, then the column and row after the last. A tile is 2 × 2 quads, or 4 × 4 cells.
     corners
-        The table at the box's corners, modulo 256: north-west, north-east, south-west, south-east.
+        The table's entries at the box's corners, modulo 256: north-west, north-east, south-west, south-east.
     above
-        Tiles of the box with an error above the limit; 0 if these quads suffice.
+        Number of tiles of the box with an error above the limit; 0 if these quads suffice.
     """
 
     level: int
@@ -53,7 +53,7 @@ class Lookup:
 
     @property
     def count(self) -> int:
-        """Tiles in the box."""
+        """Number of tiles in the box."""
         return (self.tiles[2] - self.tiles[0]) * (self.tiles[3] - self.tiles[1])
 
 
@@ -72,7 +72,7 @@ class Choice:
     px
         Bound of the error on the screen, in the requested metric.
     lookup
-        How the tables decide whether it is enough; None if they do not, as for a quadtree or a store.
+        The look-up that decides whether this choice is enough; None if there is none, as for a quadtree or a store.
     """
 
     segments: int
@@ -110,9 +110,9 @@ class Explanation:
     bound_px
         The bound of the patch together with its cut edges; None if its record has none.
     hidden_by
-        If the patch is hidden and so not drawn: the ridge in front of it, x and y in world metres.
+        If the patch is hidden, and so not drawn: the ridge in front of it, x and y in world metres.
     joined
-        How four patches of this size would be drawn as one with vertices twice as far apart; None if this is not known.
+        The choice with four patches of this size joined to one, and vertices twice as far apart; None if not known.
     """
 
     corner: tuple[int, int]
@@ -248,7 +248,7 @@ def _ridge(surface: RingsSelector, post: tuple[float, float]) -> tuple[float, fl
     heightmap = surface.terrain.heightmap
     east, north = heightmap.spacing_m
     x, y = surface.ridge_before(post[0] * east, (heightmap.rows - 1 - post[1]) * north)
-    true_east, true_north = heightmap.ground_spacing_m  # those of a map whose relief is exaggerated are smaller
+    true_east, true_north = heightmap.ground_spacing_m  # with exaggerated relief, `spacing_m` is smaller
     return x * true_east / east, y * true_north / north
 
 

@@ -23,8 +23,8 @@ def count_holes(
 ) -> int:
     """Count the pixels that no triangle covers although the true surface does.
 
-    A crack is thin: a pixel of it has covered pixels on two opposite sides. Such a pixel is a hole if all rays around
-    it meet the ground, even if the surface moves up or down by `tolerance_px` and one pixel more. Rays are followed
+    A crack is thin: each of its pixels has covered pixels on two opposite sides. Such a pixel is a hole if all rays
+    around it meet the ground, even if the surface moves up or down by `tolerance_px` plus one pixel. Rays are followed
     through the full-resolution heights.
 
     Parameters
@@ -74,8 +74,8 @@ def _meets_ground(
 def _ray_meets_ground(heightmap: Heightmap, camera: Camera, ray: np.ndarray, slack: float, near_m: float) -> bool:
     """Follow a ray from cell to cell.
 
-    It meets the ground if it goes from more than the slack above it to more than the slack below it, or the other way
-    round, with no void in between. Heights are compared on cell edges, where they do not depend on diagonals.
+    The ray meets the ground if it passes from more than the slack above the ground to more than the slack below it, or
+    the other way round, with no void in between. Heights are compared on cell edges, where diagonals do not matter.
     """
     to_posts = np.array([1.0, -1.0]) / heightmap.spacing_m
     eye = np.asarray(camera.eye)

@@ -40,13 +40,13 @@ class Achieved:
     max_px, rms_px
         Pixels between the drawn and the true position of a place: the largest, and the root mean square.
     max_posts_px
-        The same over posts alone.
+        The largest error over posts alone.
     posts
-        Posts measured.
+        Number of measured posts.
     uncovered
-        Places in the picture that no triangle covers, hidden land aside: 0 for a mesh without holes.
+        Number of places in the picture that no triangle covers, hidden land aside: 0 for a mesh without holes.
     share
-        Of the places in the picture, how many are drawn: 1 unless hidden land is left out.
+        Share of the places in the picture that are drawn: 1 unless hidden land is left out.
     """
 
     max_px: float
@@ -65,7 +65,7 @@ class _Part(NamedTuple):
     seen: np.ndarray
 
     def at_posts(self) -> _Part:
-        """The part's posts alone."""
+        """Only the posts of this part."""
         col, row = (-first % PLACES for first in self.region[:2])
         posts = np.s_[row::PLACES, col::PLACES]
         return self._replace(px=self.px[posts], seen=self.seen[posts])
@@ -102,7 +102,7 @@ class Measurement:
         return errors
 
     def achieved(self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float) -> Achieved:
-        """Project every place in the picture and compare."""
+        """Project the error of every place in the picture to pixels."""
         return drain(self.achieved_steps(selection, camera, size, near_m))
 
     def achieved_steps(
@@ -179,7 +179,7 @@ class Measurement:
             self._truth.release()
 
     def _write_truth(self, draw: MeshDraw, region: Region) -> None:
-        """Upload the true heights under a region, voids filled; those of a paged map are not all on the GPU."""
+        """Upload the true heights of a region, voids filled, because a paged map is not wholly on the GPU."""
         assert self._truth
         heightmap: Any = self.terrain.heightmap
         x, y = region[0] // PLACES, region[1] // PLACES
@@ -217,7 +217,7 @@ class Measurement:
 
 
 def _hidden_boxes(selection: Selection) -> np.ndarray:
-    """Hidden patches of a selection: (n, 4) first and last places, columns and rows."""
+    """Boxes of the hidden patches of a selection, (n, 4): first column and row, last column and row of places."""
     if not selection.hidden or not isinstance(selection.surface, RingsSelector):
         return np.empty((0, 4), int)
     patches = selection.surface.chosen(selection)
@@ -226,7 +226,7 @@ def _hidden_boxes(selection: Selection) -> np.ndarray:
 
 
 def _inside(boxes: np.ndarray, region: Region) -> np.ndarray:
-    """(h, w) places of a region that lie in one of the closed boxes."""
+    """Whether each place of a region lies in one of the closed boxes, (h, w) bool."""
     x, y, width, height = region
     inside = np.zeros((height, width), bool)
     near = (boxes[:, 0] < x + width) & (boxes[:, 1] < y + height) & (boxes[:, 2] >= x) & (boxes[:, 3] >= y)
@@ -243,7 +243,7 @@ def places_of(heightmap: Heightmap) -> tuple[int, int]:
 def _regions_in_picture(
     heightmap: Heightmap, tile: int, camera: Camera, size: tuple[int, int], near_m: float
 ) -> Iterator[Region]:
-    """The map's four rims, one place wide, and the rest of the map in tiles: those that may be in the picture."""
+    """Regions that may be in the picture: the map's four rims, one place wide, and tiles of the rest of the map."""
     cols, rows = places_of(heightmap)
     east, north = _steps_m(heightmap)
     low_m, high_m = heightmap.range_m
@@ -264,7 +264,7 @@ def _overlapping(cols: int, rows: int, tile: int) -> Iterator[Region]:
 
 
 def _between_known(px: np.ndarray, col: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Bilinear interpolation; the weight of unknown values goes to the known ones."""
+    """Bilinear interpolation, in which unknown values have no weight."""
     known = np.isfinite(px)
     weight = bilinear(known, col, row)
     at = np.full(len(col), np.nan)
@@ -305,7 +305,7 @@ def _parts_in_picture(
 
 
 def _drawn_range_m(heightmap: Heightmap, region: Region, camera: Camera) -> np.ndarray:
-    """Lowest and highest height at which the places of a region may be drawn: the largest drop is at a corner."""
+    """Lowest and highest height at which places of a region may be drawn, drops included."""
     x, y, width, height = region
     cols, rows = (np.array([first, first + n - 1]) / PLACES for first, n in ((x, width), (y, height)))
     drop_m = drop_between_m(camera, heightmap, np.floor(cols) + [0, 1], np.floor(rows[:, None]) + [[0], [1]])
@@ -330,9 +330,9 @@ def posts_of(heightmap: Heightmap, region: Region) -> np.ndarray:
 
 
 def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
-    """(h, w) float64: true heights at a region's places, bilinear between posts; NaN over voids.
+    """True heights at a region's places, (h, w) float64, bilinear between posts; NaN over voids.
 
-    A place between two posts is NaN as well if all cells beside it are holes: it belongs to no known surface.
+    A place on the edge between two posts is NaN, too, if all cells beside it are holes: there is no known surface.
     """
     x, y, width, height = region
     cols = np.s_[x // PLACES : (x + width - 1) // PLACES + 2]
@@ -343,7 +343,7 @@ def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
 
 
 def _between_holes(heightmap: Heightmap, region: Region) -> np.ndarray:
-    """(h, w): places on the common edge of two holes, or of a hole and the map's rim."""
+    """Whether each place is on the common edge of two holes, or of a hole and the map's rim: (h, w) bool."""
     x, y, width, height = region
     (row, part_y), (col, part_x) = (np.divmod(at + np.arange(n), PLACES) for at, n in ((y, height), (x, width)))
     posts = [np.arange(axis[0] - 1, axis[-1] + 2) for axis in (row, col)]

@@ -1,4 +1,4 @@
-"""The interactive window. It shows what a picture costs and how far it is from the true heights.
+"""The interactive window. It shows the cost of a picture, and its error.
 
 The modules from top to bottom. Each imports only from its own line and the lines below.
 
@@ -12,8 +12,8 @@ commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks                   clicks and drags; lines over the land
 lecture                        stations with a state of the window, and their texts
-memory, state                  what is remembered; a whole state as JSON
-sculpting, saver, explainer, store_tiles  the brush; files; how detail is chosen; what is missing
+memory, state                  settings that are remembered; a whole state as JSON
+sculpting, saver, explainer, store_tiles  the brush; saved files; why a patch has its detail; missing tiles
 map_loader, image_reader       load maps, read sky and ground images
 painter                        draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera

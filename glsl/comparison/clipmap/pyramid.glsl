@@ -16,7 +16,7 @@ layout(std140, binding = 3) uniform Pyramid {
 
 ivec2 last_sample(int level) { return level < 0 ? u_last_post << -level : u_level[level].size; }
 
-// In 64ths of a post.
+// Place of a sample, in 64ths of a post.
 ivec2 place_of_sample(int level, ivec2 i) { return min(i << level + 6, u_last_post << 6); }
 
 float part_of_cell_m(int level, ivec2 i) {

@@ -19,7 +19,7 @@
 #define BLOCK 8
 #endif
 
-// of a block
+// the record of a block
 in ivec4 in_cells;   // north-west vertex on its level's lattice; columns and rows of cells, at most BLOCK
 in ivec4 in_border;  // lattice lines where the ring meets the coarser one: west, north, east, south; −1 for none
 in int in_level;
@@ -32,7 +32,7 @@ layout(std140, binding = 4) uniform Clipmap {
     int u_coarsest;      // level
 };
 
-// Odd places of a border move to the even place before, which the coarser level has, too. The map's rim does not move.
+// Odd places of a border move to the even place before them, which the coarser level also has. The map's rim stays.
 ivec2 on_coarse_edge(ivec2 at, bvec2 along, ivec2 rim) {
     bvec2 odd = notEqual(at & 1, ivec2(0));
     if (along.x && odd.x && at.x != rim.x) at.x--;

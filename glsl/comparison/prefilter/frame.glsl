@@ -1,9 +1,9 @@
-// comparison/prefilter/frame.glsl — the frame in which other prefilters of normals are compared with ours:
+// comparison/prefilter/frame.glsl — code around other prefilters of normals, which we compare with ours:
 //   footprint, albedo, sky, air and tone mapping are the same.
-//   Normal, its spread and the sun's visibility come from their mipmaps.
+//   The normal, its spread and the sun's visibility come from mipmaps.
 //   Mipmaps are square. A long footprint takes several samples along its length,
 //   as graphics hardware does (McCormack et al. 1999, "Feline: fast elliptical lines for anisotropic texture mapping").
-// The includer gives lit_by_baseline(). Provides Mips, mips_over(), sunlit().
+// The including file defines lit_by_baseline(). Provides Mips, mips_over(), sunlit().
 
 #include "shade/samples.glsl"
 #include "light/lit.glsl"

@@ -2,7 +2,7 @@
 //   Dupuy et al. 2013, "Linear efficient antialiased displacement and reflectance mapping".
 //   Slopes s have the mean μ and the covariance Σ.
 //   A facet is weighted by its projected area w(s) = (o·n)/n_z = o_z − o_h·s
-//   where that is positive (their equation 6; masking is the same factor for all facets and cancels):
+//   where this is positive (equation 6 of the paper; masking is the same factor for all facets and cancels):
 //     diffuse    Σ w(s) max(n·l, 0) / Σ w(s), over the 7 × 7 points of a Gauss-Hermite rule instead of random points
 //     specular   a lobe whose width is the mean width of the covariance plus the cover's own roughness
 

@@ -4,7 +4,7 @@
 //       T = ⌈ K |b − a| / z / edge_px ⌉
 //   a and b are its ends on the ground, z is the depth of its middle, K the focal length in pixels
 //   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA).
-//   No segment is shorter than the spacing of the posts, or than a whole part of it:
+//   No segment is shorter than the spacing of the posts, or than 1 / u_parts of it:
 //   see comparison/tessellated/measures.glsl.
 //   Both patches at an edge compute the same number.
 //   If the neighbour is finer, each half of the edge is an edge of its own.
@@ -39,7 +39,7 @@ int segments(ivec2 a, ivec2 b) {
     return whole_parts(int(clamp(wanted, 1.0, float(min(MOST, posts * u_parts)))), posts, MOST);
 }
 
-// Edge i from a to b; if it consists of two halves, the first has `half_` posts.
+// Cut edge i, from a to b. If it consists of two halves, the first half has `half_` posts.
 void cut_edge(inout Cut c, int i, ivec2 a, ivec2 b, bool is_two, int half_) {
     ivec2 along = sign(b - a), middle = a + half_ * along;
     is_two = is_two && b.x - a.x + b.y - a.y > half_;

@@ -1,8 +1,8 @@
 // comparison/tessellated/patch.glsl — the record of a cut patch, in whole numbers,
 //   so that all stages and both sides of an edge agree.
-//   If the neighbour at an edge is finer, the edge consists of two of its edges,
+//   If the neighbour at an edge is finer, the edge consists of two edges of the neighbours,
 //   and has as many segments as both together.
-//   More segments than posts are a whole multiple of them, so that every post has a vertex.
+//   If an edge has more segments than posts, it has a whole multiple of them, so that every post has a vertex.
 // Provides Cut, cut_of(), words_of(), whole_parts(), inner_levels(), triangles_in().
 //   Record: comparison.tessellated.CUT
 
@@ -29,7 +29,7 @@ int whole_parts(int segments, int posts, int most) {
     return segments <= posts ? segments : min((segments + posts - 1) / posts, most / posts) * posts;
 }
 
-// Inner levels: between those of opposite edges.
+// Inner levels: the means of the levels of opposite edges.
 // If an edge has more than one segment, the tessellator rounds 1 up to 2.
 ivec2 inner_levels(Cut c) {
     if (c.outer == ivec4(1)) return ivec2(1);

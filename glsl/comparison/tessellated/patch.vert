@@ -1,4 +1,5 @@
-// comparison/tessellated/patch.vert — a patch is one vertex: four words (comparison/tessellated/patch.glsl).
+// comparison/tessellated/patch.vert — passes on a patch, which is one vertex of four words
+//   (comparison/tessellated/patch.glsl).
 
 in uvec4 in_cut;
 out uvec4 v_cut;

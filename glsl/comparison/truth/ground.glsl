@@ -14,7 +14,7 @@ float ground_m(vec2 post) {
     return mix(north, south, t.y);
 }
 
-// March from the ground at a place until the ray meets the ground, or cannot meet it any more.
+// March from the ground at a place until the ray meets the ground, or can no longer meet it.
 bool sees(vec2 post, float from_m, vec3 direction) {
     vec2 aside = vec2(direction.x, -direction.y) / u_spacing_m;
     float along = max(abs(aside.x), abs(aside.y));
