@@ -65,6 +65,21 @@ def test_what_a_store_lacks_is_drawn_from_memory_and_said(run, option):
     assert status == 0 and f"in memory, because of {' '.join(option)}" in told and not cache.entries()
 
 
+def test_the_mesh_of_a_large_raster_is_that_of_its_store_if_its_tiles_have_room(run):
+    np.save("dem.npy", rough(300, 400))
+    mesh = ("mesh", "dem.npy", "-o", "m.ply", "--spacing", "5", "--max-error-m", "0.5", "--json", "-")
+    status, out, told = run(*mesh)
+    stored = json.loads(out)
+    assert (
+        status == 0 and "drawn from a store" in told and stored["complete"] and stored["certified_max_error_m"] <= 0.5
+    )
+    status, out, told = run(*mesh, "--method", "quadtree")
+    held = json.loads(out)
+    assert status == 0 and "in memory, because of --method quadtree" in told and held["triangles"] < stored["triangles"]
+    status, out, told = run(*mesh, "--gpu-memory", "20")
+    assert status == 0 and "more tiles than --gpu-memory holds" in told and json.loads(out) == held
+
+
 def test_another_file_or_option_is_another_store(run):
     keys = {cache.key_of("dem.npy", Reading(), None), cache.key_of("dem.npy", Reading(z_scale=2.0), None)}
     keys |= {cache.key_of("dem.npy", Reading(), 5.0)}

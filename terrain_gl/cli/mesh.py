@@ -12,7 +12,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.limits import is_too_large
 from ..files.export import FORMATS, files_beside, make_mesh, mesh_format, write_mesh
-from ..files.mesh_formats import PRINT_MM
+from ..files.mesh_formats import PRINT_MM, Mesh
 from ..heightmap import Heightmap
 from ..image import file_bytes
 from ..renderer import Renderer
@@ -21,7 +21,8 @@ from ..shade.picture import UNLIT
 from . import options, report, stores, values
 
 RELIEF_SHARE = 5e-3  # default error of a mesh, as a part of the map's relief
-_METHOD = "quadtree"  # it needs the fewest triangles
+_METHOD = "quadtree"  # it needs the fewest triangles, but stores do not have it
+_PAYS_TIMES = 4  # a smaller raster has room for the tables of the quadtree
 _OF_VIEW = ("max_error_px", "triangles", "parameters", "cull", "view", "eye", "target", "at", "stand")
 
 
@@ -48,10 +49,9 @@ def add(commands: Any) -> None:
     what = f".stl: longer side in millimetres (default: {PRINT_MM:g})"
     command.add_argument("--print-mm", type=values.positive, metavar="MM", default=PRINT_MM, help=what)
     command.add_argument("--cull", action="store_true", help="of a view: leave out patches outside the picture")
-    stores.add_options(command)
-    command.set_defaults(prefers_memory=True)  # the quadtree, which stores do not have, needs the fewest triangles
+    stores.add_options(command, pays_times=_PAYS_TIMES)
     options.add_rendering(command)
-    command.set_defaults(method=_METHOD)
+    command.set_defaults(method=None)  # of maps in memory the quadtree, of stores sat
 
 
 def run(args: argparse.Namespace) -> int:
@@ -65,9 +65,32 @@ def run(args: argparse.Namespace) -> int:
     if args.texture:
         options.check_writable(*map(str, files_beside(args.output)))
     scene = options.open_scene(args)
+    drawn = _drawn(args, scene, is_page)
+    if drawn is None:
+        report.note("the mesh needs more tiles than --gpu-memory holds: the raster is held in memory instead")
+        args.no_cache = True
+        scene = options.open_scene(args)
+        drawn = _drawn(args, scene, is_page)
+    assert drawn
+    mesh, stats = drawn
+    within_m = stats.get("certified_max_error_m")
+    mesh = replace(mesh, within_m=within_m, print_mm=args.print_mm)
+    about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}
+    with report.json_output(args.json, about), report.progress_bar("writing") as progress:
+        write_mesh(args.output, mesh, progress)
+    within = "" if within_m is None else f", within {within_m:.3g} m"
+    counts = f"{len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices"
+    report.say(args.json, f"{report.shown(args.output)}: {counts}{within}")
+    return stores.status_of(about)
+
+
+def _drawn(args: argparse.Namespace, scene: options.CommandScene, is_page: bool) -> tuple[Mesh, dict[str, Any]] | None:
+    """The mesh and its numbers; None if a raster's store lacks room for its tiles, and the raster fits into memory."""
     with options.make_renderer(args, scene) as renderer, stores.loading(renderer):
         texture = file_bytes(_texture(renderer, args, scene), ".jpg" if is_page else ".png") if args.texture else None
         triangles, heights, stats = _of_view(renderer, args, scene) if _has_view(args) else _of_map(renderer, args)
+        if not stats.get("complete", True) and stores.may_be_held(scene.heightmap):
+            return None
         if not len(triangles):
             raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
         heights = heights if args.exaggeration == 1 else heights * np.float32(args.exaggeration)
@@ -76,15 +99,7 @@ def run(args: argparse.Namespace) -> int:
         mesh = make_mesh(triangles, heights, heightmap.spacing_m, args.weld, heightmap.place, void)
     if not len(mesh.faces):
         raise TerrainError(f"{heightmap.name}: no triangles without voids: drop --voids hole")
-    within_m = stats.get("certified_max_error_m")
-    mesh = replace(mesh, texture=texture, within_m=within_m, print_mm=args.print_mm)
-    about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}
-    with report.json_output(args.json, about), report.progress_bar("writing") as progress:
-        write_mesh(args.output, mesh, progress)
-    within = "" if within_m is None else f", within {within_m:.3g} m"
-    counts = f"{len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices"
-    report.say(args.json, f"{report.shown(args.output)}: {counts}{within}")
-    return stores.status_of(about)
+    return replace(mesh, texture=texture), stats
 
 
 def _voids(heightmap: Heightmap) -> np.ndarray:
@@ -96,7 +111,8 @@ def _voids(heightmap: Heightmap) -> np.ndarray:
 
 def _has_view(args: argparse.Namespace) -> bool:
     """Whether the options ask for the mesh of a view."""
-    return not args.max_error_m and (args.method != _METHOD or any(getattr(args, name) for name in _OF_VIEW))
+    is_asked = args.method not in (None, _METHOD) or any(getattr(args, name) for name in _OF_VIEW)
+    return not args.max_error_m and is_asked
 
 
 def _of_view(
@@ -104,9 +120,9 @@ def _of_view(
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     asked = options.view_of(args, scene) | {"style": UNLIT}
     if not renderer.streaming:
-        stats = renderer.draw(**asked)
+        stats = renderer.draw(**asked | {"method": args.method or _METHOD})
         return renderer.triangles(), renderer.inspector.drawn_heights(), stats
-    stats = renderer.draw(**asked | ({"method": "sat"} if args.method == _METHOD else {}))
+    stats = renderer.draw(**asked | {"method": "sat" if args.method in (None, _METHOD) else args.method})
     return renderer.triangles(), renderer.terrain.filled, stats
 
 

@@ -213,11 +213,16 @@ def open_scene_or_sample(
     if not is_huge(name, reading) or (not args.no_cache and cache.is_possible()):
         return open_scene(args, name, progress), ""
     stores.check_no_edits(args, name)
-    few, offer = sample(name, reading)
+    few, offer = sample(name, reading, args.spacing)
     report.note(offer)
     tell_notes(few)
+    return scene_over(args, few), offer
+
+
+def scene_over(args: argparse.Namespace, few: Heightmap) -> CommandScene:
+    """The scene of a coarse sample of the map."""
     camera = _camera(args, few, _first_view(args, few))
-    return CommandScene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few)), offer
+    return CommandScene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few))
 
 
 def _opened(

@@ -15,7 +15,8 @@ from typing import Any
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.limits import is_too_large
 from ..files.edits import read_edits
-from ..files.huge import posts_of
+from ..files.huge import posts_of, sample
+from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
 from ..readers import How
@@ -28,8 +29,17 @@ PAYS_POSTS = 4096 * 4096  # a raster with fewer posts is drawn from memory soone
 FEWEST_TRIANGLES = 10_000  # a view of a store may need more than a smaller budget
 
 
-def add_options(command: Any) -> None:
-    """Options of commands whose map may be a store."""
+def add_options(command: Any, needs_memory: tuple[str, ...] = (), pays_times: int = 1) -> None:
+    """Options of commands whose map may be a store.
+
+    Parameters
+    ----------
+    needs_memory
+        Options that the command has for maps in memory alone.
+    pays_times
+        The command draws rasters from stores from so many times `PAYS_POSTS` on.
+    """
+    command.set_defaults(needs_memory=needs_memory, pays_times=pays_times)
     group = command.add_argument_group("store")
     what = "of a store: MiB of GPU memory for tiles (default: 512)"
     group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
@@ -39,7 +49,6 @@ def add_options(command: Any) -> None:
     group.add_argument("--edits", metavar="FILE", help=what)
     what = "hold a large raster in memory, keep no store"
     group.add_argument("--no-cache", action="store_true", help=what)
-    command.set_defaults(prefers_memory=False)
 
 
 def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> PagedMap:
@@ -79,13 +88,11 @@ def of_raster(
     show
         Called with the progress of a build; None for a bar on standard error.
     """
-    if not hasattr(args, "no_cache") or not os.path.isfile(name):
+    if not _pays(args, name):
         return None
     reading = reading_of(args)
     rows, cols = posts_of(name, reading)
     fits = not is_too_large(rows, cols)
-    if args.no_cache or (fits and (rows * cols < PAYS_POSTS or args.prefers_memory)):
-        return None
     size = f"{report.shown(name)}: {cols:,} x {rows:,} posts"
     lacks = _lacks(args)
     if lacks and fits:
@@ -107,6 +114,30 @@ def of_raster(
     return stored
 
 
+def sample_meanwhile(args: argparse.Namespace, name: str) -> Heightmap | None:
+    """A coarse sample of a raster whose store is still to be made, to be shown meanwhile; None if there is none."""
+    reading = reading_of(args)
+    if not _pays(args, name) or _lacks(args) or not cache.is_possible() or cache.has(name, reading, args.spacing):
+        return None
+    try:
+        return sample(name, reading, args.spacing)[0]
+    except TerrainError:  # GDAL reads no parts of it
+        return None
+
+
+def _pays(args: argparse.Namespace, name: str) -> bool:
+    """Whether a map is a raster that is so large that its store pays, or is needed."""
+    if getattr(args, "no_cache", True) or not os.path.isfile(name):
+        return False
+    rows, cols = posts_of(name, reading_of(args))
+    return rows * cols >= args.pays_times * PAYS_POSTS or is_too_large(rows, cols)
+
+
+def may_be_held(heightmap: Heightmap) -> bool:
+    """Whether a map is the store of a raster that can be held in memory, too."""
+    return heightmap.is_store and heightmap.opened is not None and not is_too_large(heightmap.rows, heightmap.cols)
+
+
 def reading_of(args: argparse.Namespace) -> Reading:
     """How the values of a map's file are converted to metres."""
     how = How(args.trusted, args.band, args.raw, args.byte_order)
@@ -119,6 +150,9 @@ def _lacks(args: argparse.Namespace) -> str:
         return f"--method {args.method}"
     if getattr(args, "style", None) == "error":
         return "--style error"
+    for name in args.needs_memory:
+        if (value := getattr(args, name)) is not None:
+            return f"--{name} {value:g}"
     few = getattr(args, "triangles", None)
     return f"--triangles {few}" if few and few < FEWEST_TRIANGLES else ""
 

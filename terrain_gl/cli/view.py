@@ -32,8 +32,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command, optional=True)
     options.add_rendering(command)
-    stores.add_options(command)
-    command.set_defaults(prefers_memory=True)  # the window does more with a map in memory: docs/stores.md
+    stores.add_options(command, needs_memory=("exaggeration", "triangles"))
     command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     what = "type and panels F times as large; Ctrl + and - change it"
@@ -55,10 +54,18 @@ def run(args: argparse.Namespace) -> int:
     known = find_bundled(name)
     from .. import viewer  # imported here: it needs a window system
 
+    key = known.name if known else os.path.realpath(name)
+    asked = bool(args.view or options.camera_options(args))
+
     def opened(progress: Callable[[float], None]) -> viewer.Opened:
+        few = stores.sample_meanwhile(args, name)
+        if few is None:
+            return whole(progress)
+        scene = options.scene_over(args, few)
+        return viewer.Opened(few, scene.camera, scene.sun, key, asked, rest=whole)
+
+    def whole(progress: Callable[[float], None]) -> viewer.Opened:
         scene, offer = options.open_scene_or_sample(args, name, progress)
-        key = known.name if known else os.path.realpath(name)
-        asked = bool(args.view or options.camera_options(args))
         laid = overlays.of(args, scene.heightmap)
         return viewer.Opened(
             scene.heightmap, scene.camera, scene.sun, key, asked, laid, offer, args.exaggeration or 1.0

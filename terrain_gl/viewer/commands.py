@@ -45,7 +45,7 @@ def press(viewer: Viewer, key: str, repeated: bool = False) -> None:
 
 def _cycle(viewer: Viewer, option: str, step: int = 1) -> None:
     if option == "method" and viewer.scene.is_paged:
-        viewer.window.say("a store is drawn by the method sat")
+        viewer.window.say(f"a store is drawn by the method sat: {viewer.scene.in_memory}")
         return
     viewer.window.say(f"{option}: {viewer.settings.cycle(option, step)}")
 

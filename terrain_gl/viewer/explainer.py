@@ -85,7 +85,7 @@ class Explainer:
         """Split the picture, or join it. At first its sides show the errors of two methods with equal triangles."""
         settings = self._settings
         if self._scene.is_paged and not settings.split:
-            self._window.say("a store is drawn by one method: there is nothing to compare")
+            self._window.say(f"a store is drawn by one method, so nothing is compared: {self._scene.in_memory}")
             return
         if settings.split:
             settings.sides = [self.unsplit]
@@ -130,7 +130,7 @@ class Explainer:
     def toggle_sums(self) -> None:
         """Show the summed-area table, or not."""
         if self._scene.is_paged and not self._settings.sums:
-            self._window.say("a store has a table for each tile, and none of the whole map")
+            self._window.say(f"a store has a table for each tile, none of the whole map: {self._scene.in_memory}")
             return
         self._settings.sums = not self._settings.sums
 

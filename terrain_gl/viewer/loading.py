@@ -48,6 +48,8 @@ class Opened:
         One line if this is a coarse sample of a raster that needs a store; "" for a map.
     exaggeration
         How many times higher the relief is to be shown.
+    rest
+        Reads the map itself, if this is a coarse sample of it, to be shown meanwhile; None for a map.
     """
 
     heightmap: Heightmap
@@ -58,6 +60,7 @@ class Opened:
     overlays: tuple[Overlay, ...] = ()
     offer: str = ""
     exaggeration: float = 1.0
+    rest: Callable[[Callable[[float], None]], Opened] | None = None
 
 
 Progress = Callable[[float], None]
@@ -100,6 +103,8 @@ class LoadJob:
 
     Attributes
     ----------
+    sample
+        A coarse sample of the map, if there is one to be shown meanwhile.
     opened
         The map, once it is read.
     renderer
@@ -111,6 +116,7 @@ class LoadJob:
     def __init__(self, name: str, opener: Opener) -> None:
         self.name = name
         self._opener = opener
+        self.sample: Opened | None = None
         self.opened: Opened | None = None
         self.renderer: Renderer | None = None
         self.error: Exception | None = None
@@ -123,12 +129,19 @@ class LoadJob:
     @property
     def progress(self) -> float:
         """Share that is done, 0 to 1."""
+        if self.is_making_store:
+            return self._read
         return _READING * self._read + (1 - _READING) * self._built
+
+    @property
+    def is_making_store(self) -> bool:
+        """Whether the map's store is being made, which has its tables."""
+        return self.sample is not None and self.opened is None
 
     @property
     def text(self) -> str:
         """What is being done, in a few words."""
-        doing = "building the tables of" if self.opened else "reading"
+        doing = "building the tables of" if self.opened else "making a store of" if self.sample else "reading"
         return f"{doing} {self.name}: {self.progress:.0%}"
 
     def step(self, ctx: moderngl.Context, size: tuple[int, int], budget: FrameBudget) -> None:
@@ -170,7 +183,11 @@ class LoadJob:
 
     def _open(self) -> None:
         try:
-            self.opened = self._opener(self._tell_read)
+            opened = self._opener(self._tell_read)
+            if opened.rest:
+                self.sample = opened
+                opened = opened.rest(self._tell_read)
+            self.opened = opened
         except (TerrainError, OSError, MemoryError) as error:
             self.error = error
         except CancelledError:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -12,7 +11,6 @@ import moderngl
 from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..renderer import Renderer
-from ..store import is_store
 from .frame_budget import FrameBudget
 from .loading import LoadJob, Opened, Opener, file_opener, preview, scaled
 from .scene import Scene, raised
@@ -46,9 +44,6 @@ class MapLoader:
 
     def open(self, name: str) -> None:
         """Begin to load a bundled map, by its name, or a file."""
-        if self._scene.has_map and (self._scene.is_paged or is_store(name)):
-            self._scene.window.say(f"a store has a window of its own: terrain-gl view {shlex.quote(name)}", ERROR_S)
-            return
         self.refused = name
         self.load(os.path.basename(name), file_opener(name))
 
@@ -94,6 +89,21 @@ class MapLoader:
         scene.pending_exaggeration = factor
         self._plain = plain
 
+    def hold_in_memory(self) -> None:
+        """Begin to hold the raster in memory whose store is shown; the view stays."""
+        scene = self._scene
+        how = scene.raster_behind
+        assert how
+        opened = replace(scene.opened, sun=scene.settings.options.sun)
+        name = os.path.basename(how["path"])
+
+        def opener(progress: Callable[[float], None]) -> Opened:
+            given = {option: value for option, value in how.items() if value is not None}
+            return replace(opened, heightmap=Heightmap.open(**given, progress=progress), rest=None)
+
+        self.load(name, opener)
+        scene.pending_exaggeration = scene.exaggeration
+
     def rescale(self, spacing_m: Pair | None = None, range_m: Pair | None = None) -> None:
         """Begin to load the same posts with other distances between them, or another lowest and highest height."""
         if not self._may_scale():
@@ -119,7 +129,7 @@ class MapLoader:
     def _may_scale(self) -> bool:
         """Whether the map can be shown with another scale; of a store, a message says why not."""
         if self._scene.is_paged:
-            self._scene.window.say("a store keeps its scale: build it again with another one", ERROR_S)
+            self._scene.window.say(f"a store keeps its scale: {self._scene.in_memory}", ERROR_S)
             return False
         return self._scene.has_map and not self._scene.is_preview
 
@@ -153,7 +163,9 @@ class MapLoader:
         elif job.renderer and job.opened:
             self.job = None
             return job.take(), job.opened
-        elif job.opened and not self._scene.has_map and (few := preview(job.opened.heightmap)):
+        elif not self._scene.has_map and job.sample:
+            return Renderer(job.sample.heightmap, self._small_size, ctx=self._ctx), job.sample
+        elif not self._scene.has_map and job.opened and (few := preview(job.opened.heightmap)):
             return Renderer(few, self._small_size, ctx=self._ctx), job.opened
         return None
 

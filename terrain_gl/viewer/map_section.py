@@ -31,6 +31,10 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
     hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
     if path := ui.enter("file", viewer.loader.refused, PATH, hint):
         viewer.open(path)
+    if viewer.scene.raster_behind:
+        hint = "The raster itself instead of its store: other methods, budgets, scales, split pictures, meshes."
+        if ui.button("Hold in memory", hint):
+            viewer.hold_in_memory()
     east, north = opened.heightmap.spacing_m
     hint = "Metres between posts. Set it if the file does not give it, or gives a wrong one."
     spacing = ui.enter("spacing", f"{east:g}" if east == north else f"{east:g} × {north:g}", "metres, then Enter", hint)

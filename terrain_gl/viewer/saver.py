@@ -222,7 +222,7 @@ class Saver:
             return
         renderer = self._scene.renderer
         if self._scene.is_paged:
-            self._window.say("the mesh of a store cannot be saved")
+            self._window.say(f"the mesh of a store cannot be saved: {self._scene.in_memory}")
             return
         path = free_path(self._scene.heightmap.name, self.mesh_format)
         self._painter.choose_levels(renderer, self._scene.frame_spec(), 0)

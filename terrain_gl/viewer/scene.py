@@ -100,6 +100,16 @@ class Scene:
         return self.has_map and self.renderer.streaming is not None
 
     @property
+    def raster_behind(self) -> dict[str, Any] | None:
+        """Arguments of `Heightmap.open` for the raster whose store is shown; None for other maps."""
+        return self.opened.heightmap.opened if self.is_paged else None
+
+    @property
+    def in_memory(self) -> str:
+        """What to do about something that a store lacks."""
+        return "Hold in memory, under Map, has it" if self.raster_behind else "open its raster with --no-cache"
+
+    @property
     def has_map(self) -> bool:
         """Whether there is a map yet."""
         return self._renderer is not None
@@ -136,8 +146,8 @@ class Scene:
             return camera
         return Pose.of(camera).beside(0.5 * self.window.panel_px, self.window.size[1]).camera
 
-    def enter_exaggerated(self, opened: Opened, factor: float) -> None:
-        """Continue with the same map, its heights multiplied by `factor`; the eye keeps its place over the land."""
+    def go_on(self, opened: Opened, factor: float) -> None:
+        """Continue with the same land, its heights multiplied by `factor`; the eye keeps its place over it."""
         before = self.controller
         now = Controller(opened.heightmap, opened.camera, before.above_ground, before.bookmarks, before.held)
         now.pose = replace(before.pose, eye=raised(before.pose.eye, factor / self.exaggeration))

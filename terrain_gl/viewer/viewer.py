@@ -138,7 +138,7 @@ class Viewer:
         """Show a map from now on; the viewer releases its renderer."""
         scene = self.scene
         factor = self.scene.pending_exaggeration
-        is_preview = renderer.heightmap is not opened.heightmap or bool(opened.offer)
+        is_preview = renderer.heightmap is not opened.heightmap or bool(opened.offer or opened.rest)
         replaces_preview = scene.has_map and scene.awaits_map
         never_wait(renderer)
         self._remember_map()
@@ -155,6 +155,9 @@ class Viewer:
             before.release()
         if not replaces_preview:
             self._enter(opened)
+        elif opened is not scene.opened:  # it was a sample, and this is the map
+            self.loader.map_shown(opened)
+            scene.go_on(opened, scene.exaggeration)
         renderer.picture.waits_for_light = False
         renderer.timer.queries = Stopwatch.works(self.ctx)
         self.explainer.forget()
@@ -164,7 +167,7 @@ class Viewer:
     def _enter(self, opened: Opened) -> None:
         scene = self.scene
         if scene.pending_exaggeration is not None:
-            scene.enter_exaggerated(opened, scene.pending_exaggeration)
+            scene.go_on(opened, scene.pending_exaggeration)
             return
         self.loader.map_shown(opened)
         self.states = self.memory.states(opened.key)
@@ -205,6 +208,11 @@ class Viewer:
             self.window.say("the brush is still at work")
         else:
             self.loader.exaggerate(factor)
+
+    def hold_in_memory(self) -> None:
+        """Hold the raster in memory whose store is shown, unless edits would be lost."""
+        if self.saver.may_leave() and self.sculpting.may_leave():
+            self.loader.hold_in_memory()
 
     def set_spacing(self, text: str) -> None:
         """Set the distance between posts, as the user typed it."""

@@ -3,6 +3,9 @@
 import math
 import threading
 import time
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +29,8 @@ from terrain_gl.viewer.loading import Opened, file_opener
 from terrain_gl.viewer.settings import Settings
 
 pytest.importorskip("zarr")
+from terrain_gl.cli import stores
+from terrain_gl.store import cache
 from terrain_gl.store.opened import StoredMap
 
 SIZE = (360, 640)
@@ -44,16 +49,24 @@ class Held(StoredMap):
         return super().page(key)
 
 
-@pytest.fixture
-def shown(hills, session_context, target, request):
-    """An app that shows a store, of which only the coarsest tiles are there, in a context of its own."""
+@contextmanager
+def app_alone(session_context, style="lambert"):
+    """An app without a map, in a context of its own."""
     from terrain_gl.gpu.context import create_context
 
     with create_context("egl") as ctx:
-        stored = Held(hills[1])
-        settings = Settings([RenderOptions(1.0, style=getattr(request, "param", "lambert"))])
         framebuffer = ctx.framebuffer([ctx.texture(SIZE, 4)])
-        app = App(ctx, framebuffer, SIZE, settings, budget=swift())
+        app = App(ctx, framebuffer, SIZE, Settings([RenderOptions(1.0, style=style)]), budget=swift())
+        yield app
+        app.close()
+    session_context.__enter__()
+
+
+@pytest.fixture
+def shown(hills, session_context, request):
+    """An app that shows a store, of which only the coarsest tiles are there."""
+    with app_alone(session_context, getattr(request, "param", "lambert")) as app:
+        stored = Held(hills[1])
         opened = Opened(stored, standard_view(stored.coarse()), key="s")
         app.viewer.loader.load("s", lambda progress: opened)
         app.viewer.loader.job.join()
@@ -61,8 +74,6 @@ def shown(hills, session_context, target, request):
             later(app)
         yield app, stored
         stored.gate.set()
-        app.close()
-    session_context.__enter__()
 
 
 def until_complete(app):
@@ -159,7 +170,6 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     assert "mesh of a store" in said(lambda: app.press("o"))
     assert "keeps its scale" in said(lambda: viewer.exaggerate(2.0))
     assert "keeps its scale" in said(lambda: viewer.set_spacing("3"))
-    assert "window of its own" in said(lambda: viewer.open("canyon"))
     copied = []
     viewer.saver.line_of, viewer.saver.on_copy = command_line, copied.append
     assert "copied" in said(lambda: app.press("y"))
@@ -255,9 +265,18 @@ def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, tmp_path
     assert not app.viewer.scene.renderer.streaming.waits
 
 
-def test_a_window_with_a_map_opens_no_store(app, hills):
-    app.viewer.open(str(hills[1]))
-    assert "window of its own" in app.viewer.window.message
+def test_maps_and_stores_follow_each_other_in_a_window(shown, hills):
+    app, stored = shown
+    stored.gate.set()
+    until_complete(app)
+    viewer = app.viewer
+    for is_paged, name in ((False, "hills.npy"), (True, str(hills[1])), (False, "hills.npy")):
+        np.save("hills.npy", hills[0].heights)
+        viewer.open(name)
+        viewer.loader.job.join()
+        until_complete(app)
+        assert viewer.scene.is_paged == is_paged and viewer.painter.frame.stats["certified_max_error_px"] <= 1
+        assert Path(viewer.title).name == Path(name).name and app.errors == []
 
 
 def test_a_dropped_store_is_opened_by_a_new_window(hills):
@@ -285,7 +304,7 @@ def raster(tmp_path, monkeypatch):
 
 def test_a_huge_raster_is_sampled_and_a_store_is_offered(raster):
     few, offer = huge.sample(raster, Reading())
-    assert few.heights.shape == (75, 100) and few.spacing_m == (40.0, 40.0)
+    assert few.heights.shape == (75, 100) and few.extent_m == pytest.approx((3990, 2990))
     assert few.range_m[0] < 5 and few.range_m[1] > 540
     assert "400 x 300 posts" in offer and "terrain-gl build huge.tif -o huge.zarr" in offer and "\n" not in offer
 
@@ -307,6 +326,66 @@ def test_the_window_shows_the_sample_and_says_so(raster, make_app):
 def _map():
     heightmap = Heightmap(np.add.outer(np.sin(np.arange(65.0) / 5), np.zeros(65)), 10.0, "m")
     return heightmap, Camera.default(heightmap)
+
+
+@pytest.fixture
+def large(raster, tmp_path, monkeypatch):
+    """A raster that counts as large, its store still to be made when the gate opens."""
+    gate = threading.Event()
+    build = cache.build
+    monkeypatch.setattr("terrain_gl.basics.limits.MAX_SIDE", 16385)
+    monkeypatch.setattr(stores, "PAYS_POSTS", 5000)
+    monkeypatch.setattr(cache, "_in_use", [])
+    monkeypatch.setattr(cache, "build", lambda *told, **more: gate.wait(20) and build(*told, **more))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return raster, gate
+
+
+def opener_of(run, monkeypatch, *words):
+    """What the command `view` gives to the window."""
+    seen = []
+    monkeypatch.setattr("terrain_gl.viewer.run", lambda opener, **_: seen.append(opener) or {})
+    assert run("view", *words)[0] == 0
+    return seen[0]
+
+
+def test_a_large_raster_is_a_preview_until_its_store_is_made(large, session_context, run, monkeypatch):
+    raster, gate = large
+    opener = opener_of(run, monkeypatch, raster)
+    with app_alone(session_context) as app:
+        viewer = app.viewer
+        viewer.loader.load(raster, opener)
+        while not viewer.painter.frame.stats:
+            later(app)
+        assert viewer.scene.awaits_map and not viewer.scene.is_paged and viewer.scene.heightmap.cols == 100
+        assert viewer.painter.frame.stats["certified_max_error_px"] is None
+        words = texts(app)
+        assert "preview: a coarse sample" in words and "making a store of huge.tif: 0%" in words
+        viewer.scene.controller.pose = replace(viewer.scene.controller.pose, fov_deg=33.0)
+        gate.set()
+        viewer.loader.job.join()
+        until_complete(app)
+        scene = viewer.scene
+        assert scene.is_paged and not scene.is_preview and scene.heightmap.cols == 400
+        assert viewer.painter.frame.stats["certified_max_error_px"] <= 1 and scene.controller.camera.fov_deg == 33
+        assert scene.controller.heightmap is scene.heightmap  # no longer the sample
+
+        viewer.window.message = ""
+        app.press("t")
+        assert "Hold in memory, under Map" in viewer.window.message
+        viewer.hold_in_memory()
+        viewer.loader.job.join()
+        until_complete(app)
+        assert not scene.is_paged and scene.heightmap.cols == 400 and scene.controller.camera.fov_deg == 33
+        app.press("t")
+        assert len(viewer.settings.sides) == 2 and app.errors == []
+
+
+def test_options_that_a_store_lacks_hold_the_raster_in_memory(large, run, monkeypatch):
+    raster, _ = large
+    for words in (("--exaggeration", 2), ("--triangles", 50_000), ("--method", "quadtree"), ("--no-cache",)):
+        opened = opener_of(run, monkeypatch, raster, *words)(lambda share: None)
+        assert not opened.heightmap.is_store and opened.rest is None and opened.heightmap.cols == 400
 
 
 def test_other_commands_name_the_command_that_builds(raster, run):
