@@ -25,7 +25,7 @@ _Handler = TypeVar("_Handler", bound=Callable[..., Any])
 
 
 def goes_on(handler: _Handler) -> _Handler:
-    """A handler of an event after whose errors the app goes on: the window shows them."""
+    """Decorate an event handler: the window shows its errors, and the app goes on."""
 
     @wraps(handler)
     def handled(app: App, *arguments: Any, **named: Any) -> Any:
@@ -87,7 +87,7 @@ class App:
 
     @property
     def busy(self) -> bool:
-        """Whether the next frame should come at once; else after an event or `wait_s`, whichever is first."""
+        """Whether the next frame should come at once. If not, it comes after an event or after `wait_s`."""
         return not self._failed and (bool(self._echoes) or self.viewer.busy)
 
     @property
@@ -117,12 +117,12 @@ class App:
     # --- Errors -------------------------------------------------------------------------------------------------------
 
     def attempt(self, action: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
-        """Do something; an error is shown in a line, and None is returned.
+        """Call a function and return its result. If it raises an error, show the error in a line, and return None.
 
         Raises
         ------
         Exception
-            There is no map, and none is coming: nothing is left to go on with.
+            There is no map, and none is being loaded, so the app cannot go on.
         """
         try:
             return action(*arguments, **named)
@@ -156,7 +156,7 @@ class App:
 
     @goes_on
     def drop(self, path: str, x: float, y: float) -> None:
-        """Take a file that the user drops on a field for an image, or on the land."""
+        """Take a file that the user drops on the land, or on a field for an image."""
         option = IMAGES.get(self.gui.widgets.at(x, y))
         if option:
             self.viewer.images.read(option, path)
@@ -212,7 +212,7 @@ class App:
 
     @goes_on
     def lose_keyboard(self) -> None:
-        """Release all keys: another window has the keyboard now."""
+        """Release all keys, because another window has the keyboard now."""
         if self.viewer.scene.has_map:
             self.viewer.scene.controller.let_go_all()
 

@@ -31,7 +31,7 @@ class BoxSum:
 
     @property
     def posts(self) -> int:
-        """How many posts are in the box."""
+        """Number of posts in the box."""
         return (self.box[2] - self.box[0]) * (self.box[3] - self.box[1])
 
     @property

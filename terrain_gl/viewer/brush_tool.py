@@ -1,4 +1,4 @@
-"""The brush in the window: its settings, the dabs still to do, and the strokes that can be undone.
+"""The brush in the window: its settings, the dabs that are due, and the strokes that can be undone.
 
 A stroke is all dabs from one press of the button to its release. Each dab updates the tables on the GPU, so the
 certified bound holds during the stroke.
@@ -21,7 +21,7 @@ from ..renderer.brush import SHARES, TOOLS, Brush, Sculptor, places
 STEP = 2**0.25  # factor of one step of radius or strength
 DAB_S = 0.1  # seconds between two dabs of a brush that is held still
 MOST_POSTS = 512  # largest radius on a store, in posts
-NEAR_RADII = 2.0  # dabs that are nearer than this are done together
+NEAR_RADII = 2.0  # dabs nearer to each other than this many radii are done together
 
 
 class Dab(NamedTuple):
@@ -42,11 +42,11 @@ class BrushTool:
     strength_m
         Metres of each dab, for tools that move the ground.
     share
-        For the other tools: how far a dab moves the ground towards its goal, 0 to 1.
+        For the other tools: the share of the way to its goal that a dab moves the ground, 0 to 1.
     due
         Dabs that are still to be done, the next one first.
     edits
-        How often the map has been changed.
+        Number of changes of the map.
     waits_for_headroom
         Whether a dab that would leave the quantisation range waits for new tables. If not, it builds them at once.
     """
@@ -71,7 +71,7 @@ class BrushTool:
         self._begins = True
 
     def take_over(self, before: BrushTool, factor: float) -> None:
-        """Take the settings of the last map's brush; the new land is `factor` times as high."""
+        """Take over the settings of the last map's brush. The new land is `factor` times as high."""
         self.tool = before.tool
         self.radius_m = before.radius_m
         self.share = before.share
@@ -150,7 +150,7 @@ class BrushTool:
 
     @property
     def strokes(self) -> tuple[int, int]:
-        """How many strokes can be undone, and how many can be done again."""
+        """Number of strokes that can be undone, and number that can be done again."""
         return self._sculptor.can_undo, self._sculptor.can_redo
 
     @property
@@ -195,11 +195,11 @@ class BrushTool:
         return self.renderer.editor.headroom_steps(more_m, more_m)
 
     def give_back_steps(self) -> Steps[None] | None:
-        """Build tables with the range from before the brush was taken; None once the map has been changed."""
+        """Build tables with the range from before the brush was taken; None if the map has been changed."""
         return None if self.edits else self.renderer.editor.range_steps(self._range_m)
 
     def _next_count(self) -> int:
-        """How many of the next dabs are done together: equal ones close to the first, as far as there is headroom."""
+        """Number of the next dabs that are done together: equal dabs close to the first, as headroom allows."""
         if not self.due:
             return 0
         first = self.due[0]
@@ -212,7 +212,7 @@ class BrushTool:
         return int(min(alike, self._most_dabs(first.brush))) if self.waits_for_headroom else alike
 
     def _most_dabs(self, brush: Brush) -> float:
-        """How many dabs the tables can hold."""
+        """Number of dabs for which the tables have headroom."""
         down_m, up_m = self.renderer.editor.headroom_m
         if brush.tool in SHARES or not brush.strength:
             return math.inf

@@ -1,4 +1,4 @@
-"""The canvas: one or two sides are composed on it to a picture before the window shows it."""
+"""The canvas: on it, one or two sides are put together to a picture, which the window then shows."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Canvas:
         vao.render(vertices=3)
 
     def show_sums(self, renderer: Renderer, target: moderngl.Framebuffer, frame: Frame, box: Frame) -> None:
-        """Draw the summed-area table of heights into a frame (left, bottom, width, height), a box of posts over it."""
+        """Draw the summed-area table of heights and a box of posts into a frame (left, bottom, width, height)."""
         program, vao = self._program("view/sat.frag")
         sums = renderer.picture.sums
         program["u_frame_px"] = frame

@@ -48,7 +48,7 @@ def error_words(frame: FrameStats) -> str:
     """The achieved error and the bound, as far as they are known."""
     if frame.is_preview:
         return "preview: nothing certified"
-    if "complete" in frame.stats:  # of a store, whose truth is on a disk
+    if "complete" in frame.stats:  # the map is a store, whose truth is on a disk
         missing = len(frame.stats["tiles_missing"])
         return f"bound {frame.certified_px:.3f} px, " + (f"missing tiles: {missing:,}" if missing else "complete")
     achieved = "…" if frame.achieved_px is None else f"{frame.achieved_px:.3f} px"
@@ -71,7 +71,7 @@ def _title(ui: Widgets, name: str, value: str) -> None:
 def _paper(ui: Widgets) -> tuple[Any, float, float, float, float]:
     """A place for a graph: the draw list, left, top, width, height."""
     imgui = ui.imgui
-    width, height = imgui.get_content_region_avail()[0], 1.6 * ui.em  # so that all sections fit a window of 720 rows
+    width, height = imgui.get_content_region_avail()[0], 1.6 * ui.em  # low: all sections fit a window of 720 rows
     left, top = imgui.get_cursor_screen_pos()
     imgui.invisible_button(f"graph {top:.0f}", (width, height))
     paper = imgui.get_window_draw_list()

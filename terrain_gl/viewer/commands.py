@@ -17,7 +17,7 @@ class Command(NamedTuple):
     shown
         The keys as the help page shows them; "" if another line already shows them.
     help
-        What they do, in a line.
+        The effect of the keys, in a line.
     keys
         Names of the keys, such as "ctrl+shift+z"; empty if the camera or the mouse handles them.
     act
@@ -34,7 +34,7 @@ class Command(NamedTuple):
 
 
 def press(viewer: Viewer, key: str, repeated: bool = False) -> None:
-    """Execute the command of a key; `repeated`: the key is held. Without a visible map, only Esc and Ctrl Q work."""
+    """Execute the command of a key; `repeated` says that the key is held. Without a map, only Esc and Ctrl Q work."""
     command = BY_KEY.get(key)
     if not command or not command.act or (repeated and not command.repeats):
         return
@@ -87,7 +87,7 @@ def _toggle_help(viewer: Viewer) -> None:
 
 
 def _escape(viewer: Viewer) -> None:
-    """Cancel one piece of work; if there is none, close one thing that is open; else ask whether to quit."""
+    """Cancel one piece of work. If there is none, close one open thing. If nothing is open, ask whether to quit."""
     if viewer.cancel():
         return
     if viewer.files.close():

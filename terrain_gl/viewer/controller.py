@@ -25,10 +25,10 @@ TURN_DEG_S = 40.0  # speed of turning, or orbiting, by keys
 APPROACH = 0.6  # in orbit, the distance falls by a factor of e^0.6 each second
 WHEEL = 1.25  # factor of one notch: of the speed, or of the distance to the place under the cursor
 HEIGHTS_S = 0.4  # speed of flying: heights above the ground in a second
-LOWEST = 5.0  # height above the ground, in spacings, below which flying gets no slower
+LOWEST = 5.0  # below this height above the ground, in spacings, flying gets no slower
 NEARER = 0.3  # part of the distance that is left after flying to a place
-FARTHEST_PAN = 4.0  # a drag reaches at most so many times the distance of its place when it began
-FARTHEST_MAPS = 30.0  # the eye stays so near to the middle of the map, in lengths of its longer side
+FARTHEST_PAN = 4.0  # a drag reaches at most this many times the distance of the place where it began
+FARTHEST_MAPS = 30.0  # largest distance of the eye from the middle of the map, in lengths of its longer side
 FAST = 5.0  # speed factor of Shift
 CLEARANCE = 0.3  # least height above ground, in spacings: three times the distance of the near plane
 EYE_HEIGHT_M = 1.7  # height of a walker's eye; less on maps with a small spacing
@@ -89,7 +89,7 @@ class Controller:
 
     @property
     def camera(self) -> Camera:
-        """The camera; at first exactly the one that was given, to the last digit."""
+        """The camera. At first it is the given one, to the last digit."""
         return replace(self.start if self.pose == Pose.of(self.start) else self.pose.camera, bend_per_m=self.bend_per_m)
 
     @property
@@ -104,12 +104,12 @@ class Controller:
 
     @property
     def height_above_ground_m(self) -> float:
-        """Metres; NaN over voids and outside the map."""
+        """Height of the eye above the ground in metres; NaN over voids and outside the map."""
         return float(self.eye[2] - ground_m(self.heightmap, self.eye[:2])[0])
 
     @property
     def speed_m_s(self) -> float:
-        """Speed of the keys that move the camera: it grows with the height above the ground, except for a walker."""
+        """Speed at which keys move the camera. It grows with the height above the ground, except for a walker."""
         return self._paces["walk"] if self.mode == "walk" else self._paces["fly"] * self._altitude_m
 
     @speed_m_s.setter
@@ -188,7 +188,8 @@ class Controller:
     def grab(self, x: float, y: float) -> None:
         """Take the ground at a point of the picture as the pivot; x and y are tangents right and up from its middle.
 
-        In the sky, the pivot is the ground in the middle; without that, a point as far away as the map is wide.
+        If the point is in the sky, the pivot is the ground in the picture's middle; if that is sky, too, it is a point
+        as far away as the map is wide.
         """
         hits = (_ground_at(self, *at) for at in ((x, y), (0.0, 0.0)))
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
@@ -231,7 +232,7 @@ class Controller:
     def pan(self, x: float, y: float) -> None:
         """Move horizontally until the pivot is seen at a point of the picture; tangents as of `grab`.
 
-        How far that may be depends on the distance at the start of the drag. The present distance would grow with each
+        The distance at the start of the drag limits how far the camera moves. The present distance would grow with each
         event above the horizon.
         """
         if self.pivot is None:
@@ -241,7 +242,7 @@ class Controller:
             return
         away = self.pivot - self.eye
         ray = np.array([x, y, 1.0]) @ self.axes
-        # where the ray reaches the pivot's height; a ray above the horizon never does: the longest drag then
+        # distance at which the ray reaches the pivot's height; a ray above the horizon never does
         reach = away[2] / ray[2] if away[2] * ray[2] > 0 else math.inf
         reach = min(reach, FARTHEST_PAN * self._grabbed_m / float(np.linalg.norm(ray)))
         moved = away - reach * ray
@@ -295,7 +296,7 @@ class Controller:
         return moved
 
     def _wanted(self) -> np.ndarray:
-        """The velocity that the held keys ask for."""
+        """The velocity that the held keys demand."""
         right, up, forward = np.sum([_MOVES[key] for key in self.held if key in _MOVES] or [(0, 0, 0)], axis=0)
         fast = FAST if "shift" in self.held else 1.0
         if self.mode == "orbit":
@@ -338,7 +339,7 @@ class Controller:
         self._move_to(self.pivot - math.exp(-closer) * offset @ self.axes)
 
     def _move_to(self, eye: np.ndarray) -> None:
-        """Go there, but not far away from the map, and not below the ground if the camera stays above it."""
+        """Move the eye, but not far away from the map, and not below the ground if the camera must stay above it."""
         middle = np.array([*(0.5 * side for side in self.heightmap.extent_m), self.heightmap.range_m[0]])
         farthest = np.maximum(FARTHEST_MAPS * max(self.heightmap.extent_m), np.abs(self.eye - middle))
         self.eye = np.clip(eye, middle - farthest, middle + farthest)
@@ -347,7 +348,7 @@ class Controller:
             self.eye[2] = np.fmax(self.eye[2], lowest)
 
     def _step_on_ground(self, eye: np.ndarray) -> None:
-        """Go there if there is ground; voids and the edge of the map stop a walker."""
+        """Move the eye if there is ground. Voids and the edge of the map stop a walker."""
         ground = ground_m(self.heightmap, eye[:2])[0]
         if np.isfinite(ground):
             self.eye = np.array([eye[0], eye[1], ground + self.eye_height_m])

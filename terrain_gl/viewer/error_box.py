@@ -1,4 +1,4 @@
-"""The look-up that decides the level of a patch: its box in the table of error counts, the four fetches, in words."""
+"""The look-up that decides the level of a patch, as picture and text: its box in the table, and the four fetches."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..verify.explain import Choice, Explanation, Lookup
 from .widgets import Widgets
 
 AROUND = 0.5  # tiles around the box that are shown, relative to its side
-LEAST = 8  # tiles shown along a side, at least
+LEAST = 8  # fewest tiles that are shown along a side
 SIDE_EM = 8.0  # side of the picture, in heights of the typeface
 _ABOVE = (0.93, 0.30, 0.25)
 _LOW, _HIGH = np.array([0.05, 0.08, 0.16]), np.array([0.55, 0.68, 0.85])
@@ -27,11 +27,11 @@ class ErrorBox:
     Attributes
     ----------
     lookup
-        The look-up of the level that is drawn.
+        The look-up for the drawn level.
     first
         Column and row of the first tile that is shown.
     counts
-        The table at the corners of the tiles that are shown, modulo 256.
+        The table's entries at the corners of the shown tiles, modulo 256.
     """
 
     lookup: Lookup
@@ -40,7 +40,7 @@ class ErrorBox:
 
     @property
     def is_above(self) -> np.ndarray:
-        """Which tiles have an error above the limit: a box of one tile, four fetches."""
+        """Which tiles have an error above the limit. Each is a box of one tile, so it takes four fetches."""
         s = self.counts
         return (s[1:, 1:] - s[1:, :-1]) - (s[:-1, 1:] - s[:-1, :-1]) > 0
 
@@ -59,7 +59,7 @@ def read(renderer: Renderer, patch: Explanation) -> ErrorBox | None:
 
 
 def lines(patch: Explanation) -> list[str]:
-    """The look-up in words: what the level that is drawn, the coarser and the finer one have."""
+    """The look-up as text, for the drawn level, the next coarser one and the next finer one."""
     at = patch.choices.index(patch.chosen)
     said = [_answer(patch.chosen, f"({patch.chosen.segments} segments a side) suffices")]
     if at > 0:
@@ -85,7 +85,7 @@ def _answer(choice: Choice, verdict: str) -> str:
 
 
 def show(ui: Widgets, box: ErrorBox) -> None:
-    """A picture of the table around the box, and the four fetches beside it."""
+    """Build a picture of the table around the box, with the four fetches beside it."""
     imgui = ui.imgui
     rows, cols = box.is_above.shape
     step = SIDE_EM * ui.em / max(rows, cols)

@@ -15,7 +15,7 @@ HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
 
 
 def title(patch: Explanation) -> str:
-    """What the patch is, in a line."""
+    """The kind of the patch, in a line."""
     if patch.chosen.segments == 0:
         return (
             f"A fan over {patch.side} × {patch.side} posts"
@@ -28,7 +28,7 @@ def title(patch: Explanation) -> str:
 
 
 def plain(patch: Explanation) -> str:
-    """How accurately it is drawn, without technical terms."""
+    """The accuracy of the patch, without technical terms."""
     if patch.hidden_by:
         return f"hidden by the ridge at {_place(patch.hidden_by)}, so not drawn"
     allowed = f"; {patch.tolerance_px:.3g} px allowed" if np.isfinite(patch.tolerance_px) else ""
@@ -41,7 +41,7 @@ def bound_px(patch: Explanation) -> float:
 
 
 def rows(patch: Explanation) -> list[tuple[str, str, str, str, str]]:
-    """The levels that it could have, one a row under `HEADINGS`."""
+    """The levels that the patch could have, one in each row under `HEADINGS`."""
     return [_row(patch, choice) for choice in patch.choices]
 
 
@@ -51,7 +51,7 @@ def _row(patch: Explanation, choice: Choice) -> tuple[str, str, str, str, str]:
 
 
 def reasons(patch: Explanation) -> list[str]:
-    """Why it has this level, in sentences."""
+    """Why the patch has its level, in sentences."""
     error = metres(_error_m(patch, patch.chosen))
     if not patch.in_picture:
         return ["The patch is outside the view that the levels were chosen for. So its error does not matter."]

@@ -29,9 +29,9 @@ class Explainer:
     explanation
         Explanation of the patch that was clicked; None if there is none.
     error_box
-        Its box in the table of error counts; None if no table decided its level.
+        The patch's box in the table of error counts; None if no table decided its level.
     place
-        Where it was clicked last, in world metres; None for the sky.
+        The place that was clicked last, in world metres; None for the sky.
     box
         The box of the summed-area table under the cursor; None if there is none.
     """
@@ -51,7 +51,7 @@ class Explainer:
         )
 
     def forget(self) -> None:
-        """Forget explanation and box, because the map has changed."""
+        """Forget the explanation and the box, because the map has changed."""
         self.explanation = self.box = None
 
     def close_one(self) -> bool:
@@ -111,7 +111,7 @@ class Explainer:
 
     @property
     def unsplit(self) -> RenderOptions:
-        """The left side's options. Those that the split changed, and the user did not, are as before the split."""
+        """The left side's options. Options that only the split changed are as they were before it."""
         now = self._settings.sides[0]
         if not self._settings.split or not self._split_from:
             return now

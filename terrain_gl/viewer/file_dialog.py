@@ -34,14 +34,14 @@ class FileDialog:
     Parameters
     ----------
     on_choice
-        Is called with the path of the file that the user has chosen.
+        Function that gets the path of the file that the user has chosen.
 
     Attributes
     ----------
     has_desktop
         Whether the user sits at this machine: only then may the system's dialog be used.
     folder
-        What the list shows; None while no list is open.
+        The folder that the list shows; None while no list is open.
     entries
         Its folders and maps; None while they are being read.
     """

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from ..camera import Camera
 from ..film.path import CameraPath, Keyframe
 
-EVERY_S = 0.1  # seconds between keyframes; more in flights that would else have more than `MOST` keyframes
+EVERY_S = 0.1  # seconds between keyframes; more in flights that would otherwise have more than `MOST` keyframes
 MOST = 2000
 LEAST_S = 0.2  # duration of the shortest film
 
@@ -39,7 +39,7 @@ class Filming:
         self.near_m = None
 
     def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
-        """Note the view of a frame. If its time is not later than that of the last view, it replaces that view."""
+        """Store the view of a frame. If its time is not later than that of the last view, it replaces that view."""
         if self._views is None:
             return
         if self._views and now_s <= self._views[-1][0]:

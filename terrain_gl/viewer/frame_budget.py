@@ -1,4 +1,4 @@
-"""The time that one frame may take: long work is done in steps, and slow pictures are drawn coarser in motion."""
+"""Limit the time of a frame: long work is done in steps, and in motion slow pictures are drawn coarser."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Way(NamedTuple):
         return self.shrink == self.looser == 1
 
     def words(self, has_tolerance: bool) -> str:
-        """How it is drawn, for panels; nothing if it is drawn as at rest. Budgets and baselines have no tolerance."""
+        """This way as text for panels; "" for the full picture. Budgets and baselines have no tolerance."""
         size = [f"1/{self.shrink} size"] if self.shrink > 1 else []
         loose = [f"{self.shrink * self.looser} × tolerance"] if has_tolerance and not self.is_full else []
         return ", ".join(size + loose)
 
 
-# Colours come from the map and not from the mesh, so a looser mesh costs the picture less than fewer pixels do.
+# Colours come from the map and not from the mesh, so a coarser mesh harms the picture less than fewer pixels do.
 # Shares are means over the bundled maps: benchmarks/motion.py
 WAYS = (
     Way(1, 1, 1.0),
@@ -81,7 +81,7 @@ class FrameBudget:
     way: Way = COARSEST
 
     def __post_init__(self) -> None:
-        """Begin coarse, if time is limited."""
+        """Begin with a coarse way if time is limited."""
         self.forget()
 
     def note(self, drawn_ms: float, way: Way) -> None:
@@ -90,7 +90,7 @@ class FrameBudget:
         self.way = next((each for each in WAYS if self._fits(each)), COARSEST)
 
     def forget(self) -> None:
-        """Know nothing about the next picture: it is drawn in the coarsest way."""
+        """Forget the times of pictures. The next picture is drawn in the coarsest way."""
         self.note(float("inf"), FULL)
 
     def _fits(self, way: Way) -> bool:

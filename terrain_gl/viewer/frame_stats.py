@@ -1,4 +1,4 @@
-"""Numbers of the last frames, and their text: times, triangles, bounds and achieved errors."""
+"""Numbers of the last frames, also as text: times, triangles, bounds and achieved errors."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class FrameStats:
     fps
         Frames a second in motion; None at rest.
     stats
-        As `Renderer.draw` returns them.
+        The stats that `Renderer.draw` returns.
     measured_px
         Achieved error by metric; None until it is measured.
     height_m
@@ -95,7 +95,7 @@ def clock(stats: dict[str, Any]) -> tuple[str, str]:
 
 
 def seconds(ms: float) -> str:
-    """Three digits or so, in milliseconds or seconds."""
+    """A time as text, with about three digits, in milliseconds or seconds."""
     return f"{ms:.3g} ms" if ms < 999 else f"{ms / 1000:.1f} s"
 
 
@@ -129,7 +129,7 @@ class History:
 
     @property
     def largest_jump_px(self) -> float | None:
-        """How far a point may have jumped between two frames in the graphs: docs/guarantee.md; None if unknown."""
+        """The largest possible jump of a point between two frames in the graphs: docs/guarantee.md; None if unknown."""
         bounds = [(before.point_px, after.point_px) for before, after in pairwise(self.records)]
         return max((a + b for a, b in bounds if a is not None and b is not None), default=None)
 

@@ -1,4 +1,4 @@
-"""Opens a GLFW window with the newest OpenGL there is."""
+"""Opens a GLFW window with the newest OpenGL that the driver has."""
 
 from __future__ import annotations
 

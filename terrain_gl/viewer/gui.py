@@ -13,8 +13,8 @@ from .gui_draw import GuiDraw
 from .widgets import Widgets
 from .window_state import Size
 
-LIVELY_S = 0.8  # time to draw frames after an event: controls change, hints appear
-LIVELY_FRAMES = 8  # least number of these frames: ImGui handles one of several quick events in a frame
+LIVELY_S = 0.8  # after an event, frames are drawn for this time: controls change, hints appear
+LIVELY_FRAMES = 8  # least number of these frames: of several quick events, ImGui handles one in each frame
 _BUTTONS = {"left": 0, "right": 1, "middle": 2}
 _KEYS = {
     "tab": "tab",
@@ -130,7 +130,7 @@ class Gui:
         self._io().add_input_character(character)
 
     def covers(self, x: float, y: float) -> bool:
-        """Whether a pixel belongs to a panel: one lies there, or one is being dragged."""
+        """Whether a panel covers a pixel, or a panel is being dragged."""
         io = self._io()
         inside = any(x0 <= x <= x1 and y0 <= y <= y1 for x0, y0, x1, y1 in self.widgets.covered)
         return inside or (io.want_capture_mouse and any(io.mouse_down)) or self._list_is_open()

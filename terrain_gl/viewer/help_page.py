@@ -5,7 +5,7 @@ from __future__ import annotations
 from .commands import GROUPS, shown_lines
 from .widgets import Widgets
 
-AROUND_ROWS = 6  # rows of text that title, tabs and margins of the page take
+AROUND_ROWS = 6  # title, tabs and margins of the page together are as high as this many rows of text
 WIDTH_EM = 54.0  # width of two columns, in heights of the typeface
 ABOUT = (
     "The program draws terrain with few triangles. It keeps a certified bound: on the screen, no point of the surface"
@@ -39,7 +39,7 @@ def show(ui: Widgets) -> None:
 
 
 def _keys(ui: Widgets) -> None:
-    """Keys and what they do, in two columns if the window is wide enough; close together if it is low."""
+    """Keys and their effects: in two columns if the window is wide enough, close together if it is low."""
     imgui = ui.imgui
     lines = shown_lines()
     columns = [list(GROUPS)]
@@ -56,7 +56,7 @@ def _keys(ui: Widgets) -> None:
 
 
 def _table(ui: Widgets, lines: list[tuple[str, str, str]], columns: list[list[str]]) -> None:
-    """A column of groups beside the other."""
+    """Two columns of groups, side by side."""
     imgui = ui.imgui
     if not imgui.begin_table("keys", len(columns)):
         return

@@ -19,7 +19,7 @@ class ImageReader:
     Parameters
     ----------
     place_of
-        Returns where the map lies.
+        Function that returns the map's georeference.
     """
 
     def __init__(self, settings: Settings, window: WindowState, place_of: Callable[[], Georeference | None]) -> None:

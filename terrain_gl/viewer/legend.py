@@ -1,4 +1,4 @@
-"""The legend of a style: a ramp of colours, and the words at its ends. Twin: glsl/shade/drawn.glsl."""
+"""The legend of a style: a ramp of colours, and the text at its ends. Twin: glsl/shade/drawn.glsl."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ INFERNO = (
 
 VISIBLE = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.93, 0.93, 1.0), (0.93, 0.93, 0.0))
 
-COLOURS = {  # what the colours of the land show, by style
+COLOURS = {  # meaning of the colours of the land, by style
     "shaded": "light",
     "lod": "levels: spacing of vertices",
     "segments": "segments of each patch",
@@ -35,7 +35,7 @@ COLOURS = {  # what the colours of the land show, by style
 
 
 class Legend(NamedTuple):
-    """A ramp of colours, what its ends and its middle mean, and a note on other colours."""
+    """A ramp of colours, the meaning of its ends and of its middle, and a note on other colours."""
 
     ramp: tuple[Colour, ...]
     least: str

@@ -19,7 +19,7 @@ class LightBuilder:
     share
         Progress, 0 to 1; None while no light is being made.
     lit
-        The look that light was last made for. The land may have been edited since.
+        The look for which light was last made. The land may have been edited since.
     """
 
     def __init__(self, budget: FrameBudget) -> None:
@@ -30,7 +30,7 @@ class LightBuilder:
         self._making: tuple[Look, Steps[None]] | None = None
 
     def is_due(self, look: Look) -> bool:
-        """Whether light for a look must be made, or may have to be."""
+        """Whether light for a look must be made, or perhaps must be made."""
         return self.share is not None or self._making is None or self._making[0] != look
 
     def step(self, picture: Picture, look: Look, hurried: bool = False) -> bool:

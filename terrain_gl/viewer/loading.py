@@ -39,17 +39,17 @@ class Opened:
     camera, sun
         The first view; the sun's azimuth and elevation in degrees.
     key
-        The name under which the window remembers the map: of a bundled map, or the path of a file.
+        The name under which the window remembers the map: a bundled map's name, or a file's path.
     camera_given
-        Whether the user asked for this camera.
+        Whether the user chose this camera.
     overlays
-        Lines and points to be drawn over it.
+        Lines and points to draw over the map.
     offer
-        One line if this is a coarse sample of a raster that needs a store; "" for a map.
+        For a coarse sample of a raster that needs a store, a line that offers the store; "" for a map.
     exaggeration
-        How many times higher the relief is to be shown.
+        Factor by which the relief is shown higher.
     rest
-        Reads the map itself, if this is a coarse sample of it, to be shown meanwhile; None for a map.
+        Reads the map itself, if this is a coarse sample that is shown meanwhile; None for a map.
     """
 
     heightmap: Heightmap
@@ -96,7 +96,7 @@ class LoadJob:
     Parameters
     ----------
     name
-        What messages call the map.
+        The map's name in messages.
     opener
         Reads the map, in a thread. It gets a function, and calls it with its progress, from 0 to 1. If that function
         raises an exception, reading ends.
@@ -140,7 +140,7 @@ class LoadJob:
 
     @property
     def text(self) -> str:
-        """What is being done, in a few words."""
+        """The present work, in a few words."""
         doing = "building the tables of" if self.opened else "making a store of" if self.sample else "reading"
         return f"{doing} {self.name}: {self.progress:.0%}"
 
@@ -161,14 +161,14 @@ class LoadJob:
             self.error = TerrainError(f"{self.name}: its tables cannot be built ({type(error).__name__}: {error})")
 
     def take(self) -> Renderer:
-        """Hand the renderer over; the caller releases it."""
+        """Give the renderer to the caller, who must release it."""
         renderer = self.renderer
         self.renderer = None
         assert renderer
         return renderer
 
     def cancel(self) -> None:
-        """Stop, and release unfinished tables; a thread that still reads ends soon."""
+        """Stop, and release unfinished tables. A thread that is still reading ends soon."""
         self._cancelled = True
         if self._building:
             self._building.build_steps.close()
@@ -178,7 +178,7 @@ class LoadJob:
             self.renderer = None
 
     def join(self) -> None:
-        """Wait for the thread, which silences standard error while it reads an image."""
+        """Wait for the thread. While it reads an image, standard error is silent."""
         self._thread.join()
 
     def _open(self) -> None:

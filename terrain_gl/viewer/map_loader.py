@@ -28,7 +28,7 @@ class MapLoader:
     job
         The load in progress; None if there is none.
     fatal
-        Why there is no map, and no other one to go on with; None as long as there is.
+        Why no map can be shown at all; None as long as there is a map or one is loading.
     refused
         The file that was requested last, as long as it is not shown.
     """
@@ -68,7 +68,7 @@ class MapLoader:
 
     @property
     def can_cancel(self) -> bool:
-        """Whether a map is loading, and another map would still be shown without it."""
+        """Whether a map is loading, and another map remains if this stops."""
         return self.job is not None and self._scene.has_map and not self._scene.awaits_map
 
     def exaggerate(self, factor: float) -> None:
@@ -127,7 +127,7 @@ class MapLoader:
         self.load(plain.name, opener)
 
     def _may_scale(self) -> bool:
-        """Whether the map can be shown with another scale; of a store, a message says why not."""
+        """Whether the map can be shown with another scale. For a store, a message says why not."""
         if self._scene.is_paged:
             self._scene.window.say(f"a store keeps its scale: {self._scene.in_memory}", ERROR_S)
             return False
@@ -178,7 +178,7 @@ class MapLoader:
 
     @property
     def _small_size(self) -> Size:
-        """A size of pictures that any GPU can draw; the first frame sets the window's."""
+        """A picture size that any GPU can draw. The first frame sets the size of the window."""
         width, height = self._scene.window.size
         return max(1, width // 4), max(1, height // 4)
 

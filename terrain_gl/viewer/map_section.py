@@ -15,7 +15,7 @@ _NUMBER = r"[-−+]?\d*\.?\d+(?:e[-+]?\d+)?"
 
 
 def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> None:
-    """Which map is shown."""
+    """Build the section on the map."""
     opened = viewer.scene.opened
     shown = viewer.painter.frame.name
     names = [*bundled(), *([] if opened.key in bundled() else [shown])]
@@ -44,7 +44,7 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
 
 
 def _scale(ui: Widgets, viewer: Viewer) -> None:
-    """Fields for a scale that the file lacks, or gives wrong: the size of the map, and its heights."""
+    """Build fields for a scale that is missing or wrong in the file: the size of the map, and its heights."""
     heightmap = viewer.scene.heightmap
     factor = viewer.scene.exaggeration
     east, north = heightmap.extent_m

@@ -1,4 +1,4 @@
-"""Writes the sculpted map to a file, in a thread; of a store, its edits."""
+"""Writes the sculpted map to a file, in a thread. For a store, it writes the edits."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class MapWriter:
 
     @staticmethod
     def _map(path: str, heightmap: Heightmap, exaggeration: float) -> Callable[[], str]:
-        """A function that writes the whole map, and returns how it is opened again."""
+        """A function that writes the whole map, and returns a text on how to open it again."""
         format_of(path)
         plain = Heightmap(heightmap.heights / np.float32(exaggeration), heightmap.spacing_m, heightmap.name)
         plain.georeference = heightmap.georeference
@@ -63,7 +63,7 @@ class MapWriter:
 
     @staticmethod
     def _edits(path: str, heightmap: Heightmap) -> Callable[[], str]:
-        """A function that writes the edits as they are now, and returns how they are drawn again."""
+        """A function that writes the present edits, and returns a text on how to draw them again."""
         check_edits_name(path, heightmap)
         edited = edits_of(heightmap)
         tiles = edited.edited()
@@ -89,7 +89,7 @@ class MapWriter:
 
 
 def suggested_path(heightmap: Heightmap) -> str:
-    """A file name in the working directory that is free."""
+    """A file name in the working directory that no file has yet."""
     stem = Path(heightmap.name).stem or "terrain"
     is_window = heightmap.georeference is not None and has_rasterio()
     ending = ".npz" if heightmap.is_store and not is_window else ".tif"

@@ -1,4 +1,4 @@
-"""What the window remembers from one run to the next, in one small JSON file.
+"""Settings that the window remembers from one run to the next, in one small JSON file.
 
 The file is $XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/state (XDG Base Directory Specification
 0.8). If it cannot be read or written, the window works without it, and `complaint` says why in one line.
@@ -108,7 +108,7 @@ class Memory:
         return {n: pose for n, pose in poses.items() if pose}
 
     def states(self, key: str) -> dict[int, dict[str, Any]]:
-        """What the bookmarks of a map show, by number, as `state.state_of` gives it."""
+        """The states of a map's bookmarks, by number, as `state.state_of` gives them."""
         stored: Any = self._map(key).get("states")
         found = {}
         for n in range(1, 10):
@@ -135,7 +135,7 @@ class Memory:
         look: str,
         states: dict[int, dict[str, Any]] | None = None,
     ) -> None:
-        """Note the views and the look of a map; only the latest maps are remembered."""
+        """Store the views and the look of a map. Only the latest maps are remembered."""
         maps = self._part("maps")
         maps.pop(key, None)
         views = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}
@@ -143,7 +143,7 @@ class Memory:
         self._data["maps"] = dict(list(maps.items())[-MOST_MAPS:])
 
     def recent(self, besides: str = "") -> list[str]:
-        """Paths of the maps that were shown last, the latest first, as far as they are still there."""
+        """Paths of the maps that were shown last, the latest first, without files that are gone."""
         paths = [key for key in reversed(self._part("maps")) if key != besides and os.path.isabs(key)]
         return [path for path in paths if os.path.isfile(path)][:MOST_RECENT]
 

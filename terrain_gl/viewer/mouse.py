@@ -20,12 +20,12 @@ class Mouse:
     Parameters
     ----------
     on_click
-        Is called with the pixel of a single click on the land.
+        Function that gets the pixel of a single click on the land.
 
     Attributes
     ----------
     drag
-        What the drag does: "orbit", "look", "pan", "brush" or "divider"; "" without a drag.
+        The effect of the drag: "orbit", "look", "pan", "brush" or "divider"; "" without a drag.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Mouse:
             self._on_click(*at)
 
     def press(self, button: str, x: float, y: float) -> None:
-        """A button goes down over the land; other buttons do nothing until it comes up."""
+        """A button goes down over the land. Until it comes up, other buttons do nothing."""
         if not self._scene.is_visible or self.drag:
             return
         self._pressed_at = self._pointer.last = (x, y)
@@ -133,7 +133,7 @@ class Mouse:
         Parameters
         ----------
         look
-            The motion turns the head, although no button is held.
+            Whether the motion turns the camera although no button is held.
         over_panels
             Whether the cursor is over a panel now.
         """

@@ -3,9 +3,9 @@
     from terrain_gl.viewer.notebook import View
     View("alpine")
 
-Without a live front end (in a script, or on a web page) a still picture is shown instead. It is an output of its own:
-programs that make pages from notebooks show only the widget of an output that has one. The extra `[notebook]` is
-needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and receives its events.
+Without a live front end (in a script, or on a web page), a still picture is shown instead. It is an output of its own,
+because programs that make pages from notebooks show only the widget of an output with a widget. The extra `[notebook]`
+is needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and receives its events.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         self._started_s = time.monotonic()
         self._timer: asyncio.TimerHandle | None = None
         self._welcomed = False  # whether a front end is live
-        self._still: tuple[str, DisplayHandle | None] | None = None  # its PNG, and where it stands
+        self._still: tuple[str, DisplayHandle | None] | None = None  # the still picture: its PNG, and its output
         self._ratio = 1.0  # pixels of the picture for one pixel of the page
         self.ctx = create_context(backend)
         with self.ctx:
@@ -124,7 +124,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
 
     @property
     def viewer(self) -> Viewer:
-        """The scene and the parts that work on it."""
+        """The viewer: the scene, and the parts that work on it."""
         return self.app.viewer
 
     @property
@@ -143,7 +143,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         self.request_draw()
 
     def picture(self) -> np.ndarray:
-        """(height, width, 3) uint8: what the widget shows, drawn in full size and lit."""
+        """The picture of the widget in full size, with light: (height, width, 3) uint8."""
         with self.ctx:
             self._fit_target()
             for _ in range(3):  # panels need one or two frames to find their size
@@ -182,7 +182,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
             self.request_draw()
 
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
-        """The widget; before it, the still picture, until a front end is live."""
+        """The widget. Before it, the still picture is shown until a front end is live."""
         if not self._closed and not self._welcomed:
             picture = base64.b64encode(png_bytes(self.picture())).decode("ascii")
             data = {"image/png": picture, "text/plain": repr(self)}
@@ -190,7 +190,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         return super()._repr_mimebundle_(**kwargs)
 
     def _fold_still(self) -> None:
-        """Fold the still picture away: a page that is made from the notebook still has it."""
+        """Fold the still picture away. A page that is made from the notebook still contains it."""
         if self._still:
             picture, shown = self._still
             image = f'<img src="data:image/png;base64,{picture}">'

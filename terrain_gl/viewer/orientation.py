@@ -1,4 +1,4 @@
-"""Orientation: north, the scale in the middle of the picture, the place under the cursor."""
+"""Orientation: north, the scale in the middle of the picture, and the place under the cursor."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def scale_bar(controller: Controller, size: Size, longest_px: float) -> tuple[fl
 
 
 def place_lines(heightmap: Heightmap, place: np.ndarray, exaggeration: float = 1.0) -> list[str]:
-    """A place in words: height, degrees, and coordinates of its file; or metres from the south-west corner."""
+    """A place as text: height, degrees, and coordinates of the map's file; or metres from the south-west corner."""
     x, y, z = (float(v) for v in place)
     height = f"height {z / exaggeration:.0f} m" if heightmap.range_m[1] >= 100 else f"height {z / exaggeration:.2f} m"
     if heightmap.place is None:
@@ -77,5 +77,5 @@ def show(ui: Widgets, azimuth_deg: float, bar: tuple[float, float] | None) -> No
 
 
 def longest_px(ui: Widgets) -> float:
-    """The longest scale bar."""
+    """Length of the longest scale bar in pixels."""
     return _LONGEST_EM * ui.em

@@ -1,4 +1,4 @@
-"""Draws the picture, if it is not the one that was drawn last.
+"""Draws the picture if anything has changed since the last one.
 
     in motion, or without light    at once, coarser if full pictures take long           (frame_budget.py)
     at rest                        in full size, in steps if it takes long
@@ -30,8 +30,8 @@ from .scene import FrameSpec
 from .window_state import Size
 
 REST_S = 0.25  # the full picture is drawn after this time without a change
-RIPE_S = 10.0  # it waits so long, at most, for the light of the tiles of a store: it would have to be drawn again
-TOLD_S = 1.0  # how often the window shows the progress of light: drawing its panels takes time, too
+RIPE_S = 10.0  # the full picture waits at most this long for light of a store's tiles: else it is drawn twice
+TOLD_S = 1.0  # seconds between two displays of the progress of light: drawing panels takes time, too
 MEASURED_POSTS = 256  # posts along the side of a block that is measured in one step
 
 
@@ -43,13 +43,13 @@ class Painter:
     frame
         Numbers of the last picture.
     history, side_stats
-        Numbers of the pictures before, and of each side of the last picture.
+        Numbers of earlier pictures, and of each side of the last picture.
     side_measured
         The achieved error of each side by metric; none until all sides are measured.
     light
         Makes the light.
     drawn
-        What the canvas shows; None if that is out of date.
+        The specification of the picture on the canvas; None if that is out of date.
     has_picture
         Whether the canvas shows anything.
     """
@@ -66,7 +66,7 @@ class Painter:
         self.has_picture = False
         self._asked: FrameSpec | None = None
         self._asked_s = self._drawn_s = self._told_s = float("-inf")
-        self._unripe_s: float | None = None  # since when tiles in the picture get light
+        self._unripe_s: float | None = None  # time from which on tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
         self._measuring: Steps[list[Achieved]] | None = None
         self._unmeasured = False
@@ -86,7 +86,7 @@ class Painter:
         Parameters
         ----------
         at_once
-            Show the change in the next frame, in a coarser picture if need be.
+            Show the change in the next frame, if necessary in a coarser picture.
         """
         self.drawn = None
         if at_once:
@@ -121,7 +121,7 @@ class Painter:
 
     @property
     def waits_for_rest(self) -> bool:
-        """Whether there is more to do once nothing has changed for a while."""
+        """Whether there is work that begins when nothing has changed for a while."""
         return not self.frame.way.is_full or self.frame.fps is not None or self._unmeasured
 
     def step(self, renderer: Renderer, spec: FrameSpec, now_s: float, moving: bool) -> bool:
@@ -161,20 +161,20 @@ class Painter:
         return changed
 
     def _ripens(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> bool:
-        """Whether tiles of a store get light of their own, since less than `RIPE_S`."""
+        """Whether tiles of a store are getting light of their own, and began to less than `RIPE_S` ago."""
         if not (spec.lit_look.is_lit and renderer.picture.lighting.is_coming):
             self._unripe_s = None
         elif self._unripe_s is None:
             self._unripe_s = now_s
         if self._unripe_s is None or now_s - self._unripe_s >= RIPE_S:
             return False
-        self.interrupt()  # a full picture has just chosen its tiles, and some of them lack light
+        self.interrupt()  # a full picture has just chosen its tiles, and some of them have no light
         return True
 
     # --- Drawing ------------------------------------------------------------------------------------------------------
 
     def _draw(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> None:
-        """Draw at once, coarser if need be."""
+        """Draw at once, if necessary coarser."""
         self.interrupt()
         way = self._budget.way
         _resize(renderer, (max(1, spec.size[0] // way.shrink), max(1, spec.size[1] // way.shrink)))
@@ -195,7 +195,7 @@ class Painter:
         if not self._painting and (spec != self.drawn or not self.frame.way.is_full):
             self.interrupt()
             self._painting = spec, self._draw_steps(renderer, spec)
-            if renderer.streaming:  # it chooses its tiles, and goes on if all of them have light
+            if renderer.streaming:  # the picture chooses its tiles, and goes on if all of them have light
                 next(self._painting[1])
                 return was_moving
         if self._painting:
@@ -238,7 +238,7 @@ class Painter:
         return 1 / seconds if not fps else 0.9 * fps + 0.1 / seconds
 
     def _measure(self, renderer: Renderer, spec: FrameSpec) -> bool:
-        """Measure one block of posts; returns whether the measurement is complete now."""
+        """Measure one block of posts; returns whether the measurement is now complete."""
         if not self._unmeasured:
             return False
         if not self._measuring:
@@ -258,7 +258,7 @@ class Painter:
 
 
 def _measure_steps(renderer: Renderer, spec: FrameSpec) -> Steps[list[Achieved]]:
-    """Measure each side; yields progress from 0 to 1 for each. The first side is measured last, and stays chosen."""
+    """Measure each side; yields progress from 0 to 1 for each. The first side is last, so its mesh stays chosen."""
     achieved = []
     for side in _last_first(spec):
         if len(spec.sides) > 1:
@@ -268,14 +268,14 @@ def _measure_steps(renderer: Renderer, spec: FrameSpec) -> Steps[list[Achieved]]
 
 
 def _last_first(spec: FrameSpec) -> range:
-    """Draw the first side last, so that the renderer then measures and explains it."""
+    """The order of drawing: the first side comes last, so that the renderer then measures and explains it."""
     return range(len(spec.sides) - 1, -1, -1)
 
 
 def _hurried(side: RenderOptions, way: Way) -> RenderOptions:
     """The same side as it is drawn in motion: with a multiple of its tolerance.
 
-    A number of triangles is found in many tries, so a tolerance takes its place.
+    A mesh for a number of triangles takes many tries, so a tolerance takes its place.
     """
     if way.is_full:
         return side

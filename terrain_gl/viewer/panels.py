@@ -25,9 +25,9 @@ from .window_state import Size
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 LEGEND_EM = 18.0  # width of the legend that is shown without the panel
-FULL_HD = 1080  # rows of pixels of a window from which on type grows with it
+FULL_HD = 1080  # in windows with more rows of pixels than this, type grows with the window
 LARGE = 1.5  # size of the type of a lecture, relative to that of the panels
-NARROW_EM = 11.0  # a side of a split picture needs more for its legend
+NARROW_EM = 11.0  # a side of a split picture that is narrower has no legend
 MARGIN = 10.0  # around the panel, in units of length
 _ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
 _RECORDING = (1.0, 0.45, 0.40, 1.0)
@@ -49,9 +49,9 @@ def panel_px(size: Size, scale: float) -> float:
 
 
 def scale_of(size: Size, screen: float, wanted: float) -> float:
-    """Pixels per unit of length: what the user wants, on a fine screen or in a very large window more.
+    """Pixels per unit of length: the user's choice, and more on a fine screen or in a very large window.
 
-    Type grows only as far as the panel takes less than half of the window.
+    Type grows only until the panel takes half of the window.
     """
     natural = max(screen, size[1] / FULL_HD, 1.0)
     return min(natural * wanted, max(0.45 * size[0] / (PANEL_EM * FONT_PX), min(1.0, wanted)))
@@ -83,8 +83,8 @@ class Panels:
         self._draft = picture_section.PictureDraft()
         self._foot = 0.0  # height in pixels of the part under the sections
         self._status_px = 0.0  # height of the status window, with its margin
-        self._lecture_px = 0.0  # the same of the window with a station of a lecture
-        self._map_px = 0.0  # the same of the window with north and scale
+        self._lecture_px = 0.0  # height of the window with a station of a lecture, with its margin
+        self._map_px = 0.0  # height of the window with north and scale, with its margin
         self._sections = self._make_sections()
         self.opened = {title: title in _OPEN for title in self._sections}
 
@@ -102,7 +102,7 @@ class Panels:
         }
 
     def _shows_panel(self, ui: Widgets, size: Size) -> bool:
-        """Whether the panel is shown; in a small window the help page takes its place."""
+        """Whether the panel is shown. In a small window, the help page takes its place."""
         has_room = not self._settings.help or size[0] > (PANEL_EM + help_page.WIDTH_EM) * ui.em
         return self._viewer.scene.has_map and self._settings.panel and has_room
 
@@ -131,7 +131,7 @@ class Panels:
                 self._legend_alone(ui, size)
 
     def status_alone(self, ui: Widgets) -> None:
-        """Build the window with messages alone, because the others cannot be built."""
+        """Build only the window with messages, because the others cannot be built."""
         self._status(ui, self._viewer.window.size, 0.5)
 
     # --- The panel at the left ----------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ class Panels:
         return taken_px(size, ui.scale) if self._shows_panel(ui, size) else 0.0
 
     def _free_middle(self, ui: Widgets, size: Size) -> float:
-        """The middle of what the panel leaves free, from 0 at the left edge to 1."""
+        """The middle of the part that the panel leaves free, from 0 at the left edge to 1."""
         return 0.5 + 0.5 * self._taken(ui, size) / size[0]
 
     def _panel(self, ui: Widgets, size: Size) -> None:
@@ -214,7 +214,7 @@ class Panels:
             self._map_px = ui.imgui.get_window_size()[1] + MARGIN * ui.scale
 
     def _legend_alone(self, ui: Widgets, size: Size) -> None:
-        """What the colours mean, with numbers, at the lower left while the panel is hidden: for a projector."""
+        """Build the legend of the colours at the lower left while the panel is hidden, for a projector."""
         scene = self._viewer.scene
         shown = None if self._settings.split or scene.is_preview else legend(self._settings.options)
         if shown is None or not scene.is_visible:
@@ -241,7 +241,7 @@ class Panels:
             self._sums(ui, size)
 
     def _side(self, ui: Widgets, size: Size, side: int) -> None:
-        """What a side of the split picture shows."""
+        """Build the text on a side of the split picture."""
         begin, end = self._viewer.scene.frame_spec().part(side)
         anchor = (end - 0.01, 0.02) if side == 0 else (begin + 0.01, 0.02)
         right = self._viewer.sums_frame[0] if side and self._settings.sums else end * size[0]
@@ -263,7 +263,7 @@ class Panels:
                 ui.legend(shown)
 
     def _sums(self, ui: Widgets, size: Size) -> None:
-        """The numbers of the summed-area table."""
+        """Build the numbers of the summed-area table."""
         bottom = self._viewer.sums_frame[1]
         anchor = 1.0 - MARGIN * ui.scale / size[0], (size[1] - bottom + 6 * ui.scale) / size[1]
         box = self._viewer.explainer.box
@@ -273,7 +273,7 @@ class Panels:
                 ui.imgui.text_disabled(line)
 
     def _patch(self, ui: Widgets, patch: Explanation) -> None:
-        """Why a patch is drawn as it is."""
+        """Build the explanation of a patch."""
         imgui = ui.imgui
         accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
         scene = self._viewer.scene
@@ -333,7 +333,7 @@ class Panels:
     # --- Messages, progress and questions -----------------------------------------------------------------------------
 
     def _status(self, ui: Widgets, size: Size, middle: float) -> None:
-        """One window at the bottom with everything that is going on: a recording, a message, and long work."""
+        """Build one window at the bottom for all present activities: a recording, a message, and long work."""
         progress = self._viewer.progress
         message = self._viewer.window.message
         recording = self._viewer.saver.filming.running

@@ -1,4 +1,4 @@
-"""The section of the panel on how the picture looks: colours, light, water, lines, images."""
+"""The section of the panel on the look of the picture: colours, light, water, lines, images."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _ROWS = {  # label and option of choices that need no further code
 
 @dataclass
 class PictureDraft:
-    """What the sliders of the picture hold while they are being moved: the time of day, and a new exaggeration."""
+    """Values of sliders while they are being moved: the time of day, and a new exaggeration."""
 
     hour: float = 12.0
     exaggeration: float | None = None
 
 
 def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
-    """How the picture looks."""
+    """Build the section on the look of the picture."""
     settings = viewer.settings
     style = ui.choose("style", settings.options.style, CHOICES["style"], "What the colours show (Tab, J).")
     if style:
@@ -74,7 +74,7 @@ def _contours(ui: Widgets, viewer: Viewer) -> None:
 
 
 def _set_contours(viewer: Viewer, typed: str) -> None:
-    """Take the interval that the user typed; nothing or a word: auto."""
+    """Take the interval that the user typed. No text, or a word, means "auto"."""
     try:
         viewer.settings.change_all(contour_m=float(typed) if typed[:1].isdigit() else 0.0)
     except (ValueError, TerrainError):

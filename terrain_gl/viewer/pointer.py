@@ -1,4 +1,4 @@
-"""Where the mouse points: in the picture and on the land. Pixels count from the upper left."""
+"""The place at which the mouse points, in the picture and on the land. Pixels count from the upper left."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Pointer:
     Attributes
     ----------
     over_land
-        Where it is, in pixels; None over a panel.
+        Position of the cursor in pixels; None over a panel.
     last
-        Where it was last, over a panel or not; None before any event.
+        Last position, over a panel or not; None before any event.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -30,7 +30,7 @@ class Pointer:
 
     @property
     def place(self) -> np.ndarray | None:
-        """The place of the land that it points at, in world metres; None for the sky."""
+        """The place of the land under the cursor, in world metres; None for the sky."""
         return self.place_under(*self.last) if self.last else None
 
     def place_under(self, x: float, y: float) -> np.ndarray | None:

@@ -19,7 +19,7 @@ _HINT = "Click on the land: each click adds a leg, a double click ends the line.
 
 
 def show(ui: Widgets, measured: Profile | None) -> None:
-    """Build it."""
+    """Build the ruler's part."""
     imgui = ui.imgui
     imgui.text_disabled("Ruler")
     imgui.same_line(4.5 * ui.em)
@@ -37,7 +37,7 @@ def show(ui: Widgets, measured: Profile | None) -> None:
 
 
 def ticks(low: float, high: float) -> list[float]:
-    """Round numbers from `low` to `high`, a few of them."""
+    """A few round numbers from `low` to `high`."""
     step = interval_m(low, low + (high - low) * 10)  # a tenth as many
     first = math.ceil(low / step - 1e-9)
     return [i * step for i in range(first, math.floor(high / step + 1e-9) + 1)]

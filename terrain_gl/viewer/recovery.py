@@ -1,7 +1,7 @@
-"""Recovery files: sculpted land that is not saved, written while the program runs, for the case that it ends otherwise.
+"""Recovery files: sculpted land that is not saved yet, for the case that the program ends by an error.
 
 A file is written some seconds after a stroke, and at once after an error. It is removed when the land is saved, and
-when the user leaves without saving. So a file of a process that runs no longer holds land that was lost.
+when the user leaves without saving. So if the process of a file no longer runs, the file has land that was lost.
 """
 
 from __future__ import annotations
@@ -89,13 +89,13 @@ class Recovery:
 
 
 def lost_land(folder: Path) -> list[Path]:
-    """Recovery files of processes that run no longer, the latest first."""
+    """Recovery files of processes that no longer run, the latest first."""
     found = [path for path in folder.glob("*") if (name := _NAME.fullmatch(path.name)) and not _runs(int(name[1]))]
     return sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
 
 
 def offer_of(path: Path) -> str:
-    """How lost land is opened, in a line."""
+    """A line that says how to open lost land."""
     how = "open the store with --edits and this file" if path.suffix == ".npz" else "Map, recent opens it"
     return f"sculpted land that was not saved is in {path}: {how}"
 
@@ -114,7 +114,7 @@ def _runs(pid: int) -> bool:
 
 
 def note_error(error: BaseException, folder: Path) -> None:
-    """Write where an error came from to `errors.txt`, for those who mend the program."""
+    """Write the origin of an error to `errors.txt`, for developers."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         text = "".join(traceback.format_exception(error))

@@ -52,7 +52,7 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
     places = np.concatenate([*(leg(a, b, heightmap.spacing_m, most) for a, b in legs), corners[-1:]])
     along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
     height_m = ground_m(heightmap, places) / exaggeration
-    known = np.isfinite(height_m)  # the length crosses a gap in a straight line
+    known = np.isfinite(height_m)  # over a gap, the length is that of a straight line
     rises = np.diff(height_m[known])
     runs = np.diff(along_m[known])
     outside_m = along_m[-1] - runs.sum()
@@ -79,7 +79,7 @@ class Ruler:
         self._ended = False
 
     def toggle(self) -> bool:
-        """Take it, or put it away with its line; returns whether it is taken."""
+        """Take the ruler, or put it away with its line; returns whether it is taken."""
         self.taken = not self.taken
         self.clear()
         return self.taken

@@ -49,7 +49,7 @@ class Shot:
 
     @property
     def words(self) -> str:
-        """What is being drawn."""
+        """A text on what is being drawn."""
         return f"drawing the film {self.path}: {self.share:.0%}" if self.is_film else f"drawing {self.path}"
 
 
@@ -92,7 +92,7 @@ class Saver:
         return self.shot is not None
 
     def step(self) -> bool:
-        """Draw a picture to be saved, for a while; returns whether this frame has no time left for the window's own."""
+        """Draw the picture to be saved for a while; returns whether no time is left for the window's own picture."""
         self._note_view()
         shot = self.shot
         if not shot:
@@ -142,14 +142,14 @@ class Saver:
     # --- Pictures -----------------------------------------------------------------------------------------------------
 
     def save_picture(self) -> None:
-        """Save what is seen, without panels."""
+        """Save the visible picture, without panels."""
         if not self._may_save():
             return
         path = free_path(self._scene.heightmap.name)
         self.shot = Shot(path, self._picture_steps(path, self._scene.frame_spec(SIZES[self.size])))
 
     def _may_save(self) -> bool:
-        """Whether a file can be saved now; if not, a message says why. Waits for the last file, which takes a name."""
+        """Whether a file can be saved now; if not, a message says why. Waits for the last file, whose name is taken."""
         if self.shot:
             self._window.say(f"{self.shot.path} is still being drawn: Esc cancels it")
             return False
@@ -185,7 +185,7 @@ class Saver:
 
     @contextmanager
     def _waiting(self) -> Iterator[None]:
-        """Let pictures of a store wait for its tiles while they are saved."""
+        """While pictures of a store are saved, let them wait for its tiles."""
         streaming = self._scene.renderer.streaming
         if streaming:
             streaming.waits = True
@@ -314,7 +314,7 @@ class Saver:
             self._window.say(f"saved {path.absolute()}{film}: {recorder.frames} frames", MESSAGE_S)
 
     def may_leave(self) -> bool:
-        """Whether the map may be left: no film is being drawn, or the user has been warned before. Else warn."""
+        """Whether the map may be left: no film is being drawn, or the user was warned before. If not, warn."""
         if self.filming.running:
             self.toggle_recording()
         if not self.shot or not self.shot.is_film or self._warned is self.shot:

@@ -38,7 +38,7 @@ class FrameSpec:
 
     @property
     def lit_look(self) -> Look:
-        """The look that light is made for: only the options that light depends on."""
+        """The look for which light is made, with only the options that matter for light."""
         lit = next((side.shading for side in self.sides if side.shading.is_lit), None)
         return (
             Look(sun=lit.sun, sky=lit.sky, material=lit.material, land=lit.land, ramp_range=lit.ramp_range)
@@ -141,7 +141,7 @@ class Scene:
         self.settings.change_all(sun=opened.sun)
 
     def beside_panel(self, camera: Camera) -> Camera:
-        """The camera, turned so that what it looks at is in the middle of what the panel leaves free."""
+        """The camera, turned so that its target is in the middle of the part that the panel leaves free."""
         if not (self.settings.panel and self.window.panel_px):
             return camera
         return Pose.of(camera).beside(0.5 * self.window.panel_px, self.window.size[1]).camera
@@ -180,7 +180,7 @@ class Scene:
 
 
 def of_store(side: RenderOptions) -> dict[str, Any]:
-    """What must change for a store to be drawn: no budget, no method but sat."""
+    """Changes of options that a store needs: no budget, and the method "sat"."""
     changes: dict[str, Any] = {"method": "sat", "parameters": None}
     if side.style == "error":
         changes["style"] = "promise"
@@ -190,5 +190,5 @@ def of_store(side: RenderOptions) -> dict[str, Any]:
 
 
 def raised(place: Vector, factor: float) -> Vector:
-    """A place in world metres, its height multiplied."""
+    """A place in world metres with its height multiplied."""
     return place[0], place[1], factor * place[2]

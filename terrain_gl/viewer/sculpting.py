@@ -17,7 +17,7 @@ from .recovery import Recovery
 from .scene import Scene
 
 MESSAGE_S = 10.0
-RESCUE_S = 3.0  # the recovery file is written this time after the last stroke
+RESCUE_S = 3.0  # the recovery file is written this many seconds after the last stroke
 _NO_LAND = object()
 
 
@@ -27,7 +27,7 @@ class Sculpting:
     Parameters
     ----------
     on_edit
-        Is called after each change of the land; with True when the stroke is done, so that light can be made.
+        Called after each change of the land, with True if the stroke is done, so that light can be made.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Sculpting:
         self._edited_s = float("-inf")
         self._taking = False  # the brush is taken when there is headroom
         self._saved: object = None  # the land that is in a file
-        self._warned: object = _NO_LAND  # the land when the user was warned that it is not
+        self._warned: object = _NO_LAND  # the land about which the user was warned that it is not in a file
 
     def new_map(self, tool: BrushTool | None, factor: float | None = None) -> None:
         """Sculpt another map from now on; with a factor, the same map that many times as high."""
@@ -81,11 +81,11 @@ class Sculpting:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the land differs from its file. It does not if all strokes are undone."""
+        """Whether the land differs from its file. If all strokes are undone, it does not."""
         return self.tool is not None and (self.tool.land is not self._saved or bool(self.tool.due))
 
     def may_leave(self) -> bool:
-        """Whether the map may be left: all edits are saved, or the user has been warned before. Else warn."""
+        """Whether the map may be left: all edits are saved, or the user was warned before. If not, warn."""
         if not self.tool or not self.unsaved or self._warned is self.tool.land:
             return True
         self._warned = self.tool.land
@@ -110,7 +110,7 @@ class Sculpting:
         if not self.tool:
             return
         self._taking = True
-        self.headroom = self.tool.headroom_steps()  # before the first stroke, so that none has to wait
+        self.headroom = self.tool.headroom_steps()  # before the first stroke, so that no stroke has to wait
         self._make_headroom()
 
     @property
@@ -247,7 +247,7 @@ class Sculpting:
             self._window.say(str(error), MESSAGE_S)
 
     def _is_blocked(self) -> bool:
-        """Whether an edit would be lost, because the map is being loaded with another exaggeration. Then say so."""
+        """Whether an edit would be lost, because the map is loading with another exaggeration; a message says so."""
         blocked = self._scene.pending_exaggeration is not None
         if blocked:
             self._window.say("the exaggeration is changing: sculpt when the new map is shown")
@@ -285,7 +285,7 @@ class Sculpting:
             self.writer = None
 
     def rescue(self) -> str:
-        """Begin to write unsaved land to the recovery file; returns its path, "" if there is nothing to be written."""
+        """Begin to write unsaved land to the recovery file; returns its path, or "" if all land is saved."""
         if not self.tool or not self.unsaved:
             return ""
         self.recovery.write(self._scene.heightmap, self._scene.exaggeration, self.tool.land)

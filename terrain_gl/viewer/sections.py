@@ -1,4 +1,4 @@
-"""The sections of the panel, from the map to what can be saved."""
+"""Sections of the panel: detail, understanding, sculpting, camera, saving."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, 
 
 
 def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Scene) -> None:
-    """How fine the mesh is."""
+    """Build the section on the detail of the mesh."""
     options = settings.options
     if settings.split:
         ui.imgui.text_disabled(f"of the {('left', 'right')[settings.active]} side; point at a side to choose it")
@@ -68,7 +68,7 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Sce
 
 
 def understand_section(ui: Widgets, scene: Scene, sculpts: bool, press: Press) -> None:
-    """How detail is chosen."""
+    """Build the section on how detail is chosen."""
     settings = scene.settings
     style = settings.options.style
     colours = COLOURS if style in COLOURS else COLOURS | {style: style}
@@ -99,7 +99,7 @@ def understand_section(ui: Widgets, scene: Scene, sculpts: bool, press: Press) -
 
 
 def sculpt_section(ui: Widgets, scene: Scene, sculpting: Sculpting, press: Press) -> None:
-    """The brush."""
+    """Build the section on the brush."""
     tool = sculpting.tool
     if tool is None:
         ui.imgui.text_disabled("Ready when the tables are built.")
@@ -154,7 +154,7 @@ def metres_form(metres: float) -> str:
 
 
 def camera_section(ui: Widgets, scene: Scene, press: Press) -> None:
-    """How the camera moves."""
+    """Build the section on the camera."""
     controller = scene.controller
     names = ("fly to a view", *PRESETS)
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
@@ -199,7 +199,7 @@ def _bookmarks(ui: Widgets, controller: Controller, press: Press) -> None:
 
 
 def save_section(ui: Widgets, saver: Saver, controller: Controller, press: Press) -> None:
-    """What can be saved."""
+    """Build the section on saving."""
     hint = "Size of saved pictures; it does not depend on the window."
     saver.size = ui.choose("size", saver.size, list(SIZES), hint) or saver.size
     if ui.button("Save the picture", "As PNG in the working directory, with its numbers as JSON beside it (P)."):

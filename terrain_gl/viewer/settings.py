@@ -1,4 +1,4 @@
-"""What the user has chosen: how the picture is drawn, and what is shown over it."""
+"""The user's choices: how the picture is drawn, and what is shown over it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TOLERANCES_PX = (2.0**-5, 2.0**8)
 BUDGETS = (100, 10_000_000)  # fewest and most triangles
 UI_STEP = 2**0.25  # factor of one step of the sizes of type and panels
 UI_SCALES = (0.5, 4.0)
-COMPARED = 100_000  # triangles on each side of a split picture at first, at most: few enough that errors are visible
+COMPARED = 100_000  # most triangles on each side of a new split picture: few enough that errors are visible
 SCALE_PX = 20.0  # the error at the end of the colours on both sides
 
 
@@ -68,7 +68,7 @@ class Settings:
         self.sides = [side.otherwise(**changes) for side in self.sides]
 
     def forget_budgets(self) -> None:
-        """Draw within a tolerance again: a number of triangles suits one map."""
+        """Draw within a tolerance again, because a number of triangles suits only one map."""
         self.sides = [side.otherwise(max_error_px=1.0) if side.triangles else side for side in self.sides]
 
     def toggle_contours(self) -> None:
@@ -76,7 +76,7 @@ class Settings:
         self.change_all(contour_m=0.0 if self.options.contour_m is None else None)
 
     def enlarge(self, steps: int) -> None:
-        """Make type and panels larger by some steps, or smaller; at most to the ends of the range."""
+        """Make type and panels larger by some steps, or smaller if negative, within their range."""
         least, most = UI_SCALES
         self.ui_scale = min(max(self.ui_scale * UI_STEP**steps, least), most)
 

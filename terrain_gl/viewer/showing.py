@@ -39,11 +39,11 @@ def show(
     size
         Width and height in pixels.
     overlays
-        One or several things to draw over the land: paths of GeoJSON files, GeoDataFrames, geometries of shapely; see
+        One or several overlays to draw over the land: paths of GeoJSON files, GeoDataFrames, geometries of shapely; see
         `overlay.read_overlay`.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
-        coordinates, is placed by them. Of a path also arguments of `Heightmap.open`, such as `nodata`.
+        coordinates, is placed by them. For a path, also arguments of `Heightmap.open`, such as `nodata`.
 
     Returns
     -------

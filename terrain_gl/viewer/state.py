@@ -46,7 +46,7 @@ def checked(state: Any, where: str) -> dict[str, Any]:
     Raises
     ------
     UsageError
-        A key, a view or an option that is not known, or a value outside its range; `where` says where it was read.
+        A key, a view or an option is unknown, or a value is outside its range. The message begins with `where`.
     """
     if not isinstance(state, dict) or (unknown := sorted(set(state) - _KEYS)):
         known = ", ".join(sorted(_KEYS))
@@ -70,7 +70,7 @@ def checked(state: Any, where: str) -> dict[str, Any]:
 
 
 def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bool = True) -> None:
-    """Show a state; the camera travels there, or is there at once."""
+    """Show a state. The camera travels to its view, or jumps there if not `travels`."""
     settings = scene.settings
     base = RenderOptions(sun=scene.opened.sun, look=settings.options.look)
     explainer.take_sides([_options(side, base) for side in state.get("sides", [{}])])

@@ -16,7 +16,7 @@ class StoreTiles:
 
     @property
     def are_coming(self) -> bool:
-        """Whether the picture lacks tiles that may still come."""
+        """Whether tiles are missing in the picture that may still come."""
         streaming = self._scene.renderer.streaming if self._scene.has_map else None
         return streaming is not None and streaming.is_loading
 
@@ -27,7 +27,7 @@ class StoreTiles:
         return streaming is not None and streaming.is_rebuilding
 
     def step(self) -> None:
-        """Let the picture be drawn again if tiles were read that it lacks; else let their light be made."""
+        """If missing tiles were read, let the picture be drawn again; if not, let light be made."""
         renderer = self._scene.renderer
         if not renderer.streaming:
             return

@@ -1,4 +1,4 @@
-"""A small map of a store in the panel: how fine the loaded tiles are, place by place, and where the camera stands."""
+"""A small map of a store in the panel: it shows how fine the loaded tiles are, and where the camera is."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .legend import VIRIDIS, Colour, Legend
 from .widgets import Widgets
 
 MOST = 64  # squares along the longer side
-TALLEST_EM = 4.0  # height of the map at most, in heights of the typeface
+TALLEST_EM = 4.0  # largest height of this map, in heights of the typeface
 LEGEND = Legend(VIRIDIS, "every post", "coarsest tiles", "Tiles that are loaded. Dot: the camera.")
 _CAMERA = (1.0, 1.0, 1.0, 1.0)
 
@@ -66,7 +66,7 @@ def show(ui: Widgets, terrain: PagedTerrain, controller: Controller) -> None:
 
 
 def _camera(ui: Widgets, corner: tuple[float, float], scale: float, north_m: float, controller: Controller) -> None:
-    """A dot where the camera stands, and a line where it looks; none outside the map."""
+    """Build a dot at the camera, and a line in its direction; nothing if it is outside the map."""
     x, y = (float(v) for v in controller.eye[:2])
     if not (0 <= x <= controller.heightmap.extent_m[0] and 0 <= y <= north_m):
         return

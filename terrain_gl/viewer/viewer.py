@@ -102,7 +102,7 @@ class Viewer:
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self.lecture: Lecture | None = None
         self.states: dict[int, dict[str, Any]] = {}  # of bookmarks, by number
-        self.lost: list[Path] = []  # recovery files of windows that ended otherwise than by the user
+        self.lost: list[Path] = []  # recovery files of windows that the user did not close
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
         self._moved_s: float | None = None
@@ -118,7 +118,7 @@ class Viewer:
         self.files.close()
         self.painter.release()
         self.sculpting.join()
-        if self.window.closing:  # the user was asked; at any other end the recovery file stays
+        if self.window.closing:  # the user was asked; if the window ends otherwise, the recovery file stays
             self.sculpting.recovery.remove()
         self.images.join()
         self._remember_map()
@@ -249,7 +249,7 @@ class Viewer:
         self.states[number] = state_of(self.scene)
 
     def go_to(self, number: int) -> bool:
-        """Travel to a bookmark, and show what it shows; False if it is not set."""
+        """Travel to a bookmark, and show its state; False if it is not set."""
         if number in self.states:
             apply(self.scene, self.explainer, self.states[number])
             return True
@@ -269,7 +269,7 @@ class Viewer:
         return True
 
     def recover(self, error: Exception) -> str:
-        """Drop what was going on when an error came, so that the next frame begins afresh; returns a line about it."""
+        """After an error, drop all unfinished work, so that the next frame begins afresh; returns a line about it."""
         self.painter.forget()
         self.painter.light.stop()
         self.mouse.drag = ""
@@ -285,7 +285,7 @@ class Viewer:
         return f"{line}; the sculpted land is in {kept}, too" if kept else line
 
     def ask_quit(self) -> None:
-        """Close the window at the second request within some seconds: one Esc too many must not close it."""
+        """Close the window at the second request within some seconds, so that one Esc too many does not close it."""
         again = self.window.now_s < self._asked_until_s
         self._asked_until_s = self.window.now_s + QUIT_S
         if again:
@@ -294,14 +294,14 @@ class Viewer:
             self.window.say("Esc again closes the window", QUIT_S)
 
     def quit(self) -> None:
-        """Close the window, unless edits would be lost; the second call closes it anyway."""
+        """Close the window, unless edits would be lost. A second call closes it anyway."""
         self.window.closing = self.window.closing or (self.saver.may_leave() and self.sculpting.may_leave())
 
     # --- Frames -------------------------------------------------------------------------------------------------------
 
     @property
     def busy(self) -> bool:
-        """Whether the next frame should come at once; else after an event or `wait_s`, whichever is first."""
+        """Whether the next frame should come at once. If not, it comes after an event or after `wait_s`."""
         if not self.scene.has_map or self.loader.job or self.window.stale:
             return True
         if self.saver.busy or self.sculpting.headroom or self.sculpting.at_work:

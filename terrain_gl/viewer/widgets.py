@@ -73,18 +73,18 @@ class Widgets:
         anchor
             Its place in the picture of `size`, from 0 to 1.
         on_close
-            Is called by its close button; without it the window has no title.
+            Called by its close button. Without it, the window has no title.
         pivot
-            The point of the window that is at this place, from 0 to 1; by default the same as the anchor.
+            The point of the window that is put at the anchor, from 0 to 1; by default the same numbers.
         takes_mouse
-            Whether it takes the clicks on it; else they reach the land behind it.
+            Whether the window takes clicks on it. If not, they reach the land behind it.
         """
         imgui = self.imgui
         flags = self.imgui.WindowFlags_
         imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot or anchor)
         imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], 0.92 * size[1]))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
-        if on_close is None:  # it comes by itself, and must not take the focus from a slider that is being dragged
+        if on_close is None:  # it opens by itself, and must not take the focus from a slider that is being dragged
             fixed |= flags.no_title_bar | flags.no_focus_on_appearing
         if not takes_mouse:
             fixed |= flags.no_inputs
@@ -121,7 +121,7 @@ class Widgets:
             self._tooltip(text)
 
     def _tooltip(self, text: str) -> None:
-        """Text beside the window of the last control: over it, it would cover the next control."""
+        """Show a text beside the window of the last control, where it covers no other control."""
         imgui = self.imgui
         right = imgui.get_window_pos()[0] + imgui.get_window_size()[0]
         width, _ = imgui.get_io().display_size
@@ -133,7 +133,7 @@ class Widgets:
         imgui.end_tooltip()
 
     def choose(self, label: str, value: str, choices: Sequence[str], hint: str) -> str | None:
-        """One of several; returns what was chosen, if anything."""
+        """A list of choices; returns the new choice, or None."""
         changed, index = self.imgui.combo(label, choices.index(value), list(choices))
         self.hint(label, hint)
         return choices[index] if changed else None
@@ -182,7 +182,7 @@ class Widgets:
         return pressed
 
     def legend(self, shown: Legend) -> None:
-        """A ramp of colours, and what it means."""
+        """A ramp of colours, and its meaning."""
         imgui = self.imgui
         width = self.imgui.get_content_region_avail()[0]
         left, top = imgui.get_cursor_screen_pos()

@@ -69,7 +69,7 @@ def run(
     line_of
         Returns the command line of a view, from heightmap, camera, size and options.
     overlays
-        Lines and points over a `source` that is a map; an opener brings its own.
+        Lines and points, if `source` is a map. A function that reads the map also gives its overlays.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first.
 
@@ -179,7 +179,7 @@ class Window:
         self._glfw.terminate()
 
     def _turn(self) -> None:
-        """One frame, then the events since the last one."""
+        """Draw one frame, then handle the events since the last frame."""
         self._frame()
         if self._app.busy and self._app.viewer.window.is_visible:
             self._glfw.poll_events()
@@ -204,7 +204,7 @@ class Window:
 
     @property
     def _cursor_px(self) -> tuple[float, float]:
-        """The cursor in pixels of the picture, which may be smaller than the units of screen coordinates."""
+        """The cursor in pixels of the picture. A pixel may be smaller than a unit of screen coordinates."""
         width, height = self._glfw.get_window_size(self._handle)
         return self._cursor[0] * self._size_px[0] / max(1, width), self._cursor[1] * self._size_px[1] / max(1, height)
 

@@ -9,7 +9,7 @@ MESSAGE_S = 5.0
 
 
 class WindowState:
-    """What the parts know about the window, and what they can request from it.
+    """The data about the window that all parts share, and their requests to it.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class WindowState:
     closing
         Whether the window is to close.
     capture_mouse
-        Captures the mouse, or frees it; returns whether it is captured now.
+        Function that captures the mouse, or frees it; returns whether it is captured now.
     """
 
     def __init__(self, size: Size, scale: float = 1.0) -> None:
@@ -55,16 +55,16 @@ class WindowState:
         self.refresh()
 
     def refresh(self) -> None:
-        """Ask for the window to be drawn again."""
+        """Request that the window is drawn again."""
         self.stale = True
 
     def resize(self, size: Size) -> None:
-        """Note another size."""
+        """Store a new size."""
         self.size = size
         self.refresh()
 
     def begin_frame(self, now_s: float) -> None:
-        """Note the time."""
+        """Store the time of a new frame."""
         self.now_s = now_s
 
     def end_message(self) -> None:
