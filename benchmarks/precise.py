@@ -1,0 +1,66 @@
+"""What `precise` costs: processor time with it and without, side by side in one run, for docs/precision.md.
+
+`precise` forbids a compiler to reorder or fuse operations. The script removes the word from the shaders' text and
+compares: the error tables, and the frames of both certified methods without light. Times are processor milliseconds of
+all threads of a software renderer, medians of runs that alternate. (`generate` needs `precise` for the same bytes on
+every driver, whatever it costs.)
+
+Run: python benchmarks/precise.py [RUNS]; by default 30.
+"""
+
+import statistics
+import sys
+import time
+
+import terrain_gl as tg
+from terrain_gl.files.maps import bundled, open_map
+from terrain_gl.gpu import shaders
+from terrain_gl.gpu.context import create_context
+
+SIZE = (640, 360)
+text_of = shaders._text
+WORDS = {"precise": text_of, "without": lambda lines: text_of(lines).replace("precise ", "")}
+
+
+def works(name, ctx):
+    """A renderer and what it does, by what is measured; each kind of shaders has its own, compiled beforehand."""
+    shaders._text = WORDS[name]
+    renderer = tg.Renderer(open_map("alpine")[0], SIZE, ctx=ctx)
+    known = bundled()["alpine"]
+
+    def frame(method):
+        return lambda: renderer.draw(known.camera, 1.0, method=method, style="normals", sun=known.sun)
+
+    found = {"error tables": renderer.tables.build, "frame, sat": frame("sat"), "frame, quadtree": frame("quadtree")}
+    for work in found.values():
+        work()
+    return renderer, found
+
+
+def processor_ms(renderer, work):
+    """Processor time of a run, up to the end of what the GPU does."""
+    renderer.ctx.finish()
+    started = time.process_time()
+    work()
+    renderer.ctx.finish()
+    return 1e3 * (time.process_time() - started)
+
+
+def measure(ctx, runs):
+    """Print a line for each part."""
+    made = {name: works(name, ctx) for name in WORDS}
+    print("| what | ms with `precise` | ms without | ratio of medians | median of ratios |\n|---|---|---|---|---|")
+    for part in made["precise"][1]:
+        ms = {name: [] for name in made}
+        for _ in range(runs):
+            for name, (renderer, found) in made.items():
+                ms[name].append(processor_ms(renderer, found[part]))
+        medians = {name: statistics.median(times) for name, times in ms.items()}
+        ratios = [a / b for a, b in zip(*ms.values(), strict=True)]
+        shares = f"{medians['precise'] / medians['without']:.3f} | {statistics.median(ratios):.3f}"
+        print(f"| {part} | {medians['precise']:.2f} | {medians['without']:.2f} | {shares} |", flush=True)
+
+
+if __name__ == "__main__":
+    with create_context() as context:
+        measure(context, int(sys.argv[1]) if len(sys.argv) > 1 else 30)
