@@ -47,6 +47,7 @@ def test_a_picture_of_the_map_needs_no_note(run):
         (("--voids", "hole"), "--voids hole: without effect, because the map has no voids"),
         (("--refraction", "0.13"), "--refraction: without effect, because the map is drawn flat"),
         (("--time", "2026-01-01T12:00", "--longitude", "8"), "--longitude: without effect"),
+        (("--style", "cracks"), "--style cracks: patches do not agree on edges; nothing is certified"),
         (("--sun", "90,-20"), "no note"),
     ],
 )

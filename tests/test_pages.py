@@ -178,7 +178,9 @@ def test_whatever_is_there_achieves_what_is_certified(hills, alone):
     check_bounds(hills, 1, 4, METRICS)
 
 
-@pytest.mark.parametrize("style", ["lambert", "normals", "lod", "wireframe", "segments", "promise", "voids", "depth"])
+@pytest.mark.parametrize(
+    "style", ["lambert", "normals", "lod", "wireframe", "segments", "promise", "voids", "depth", "cracks"]
+)
 def test_with_all_pages_pictures_are_those_of_the_whole_map(hills, style):
     whole, path = hills
     camera = standard_view(whole, "default")

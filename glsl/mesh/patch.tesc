@@ -1,7 +1,6 @@
 // mesh/patch.tesc — the tessellation levels of a patch, from its record. The inner level is that of the patch; each
-//   edge
-//   has the level of its finer side. Inner level 2 gives one inner vertex, the centre of a fan. In views from above,
-//   patches outside the picture are dropped.
+//   edge has the level of its finer side, or that of the patch with OWN_EDGES: then the mesh has cracks. Inner level 2
+//   gives one inner vertex, the centre of a fan. In views from above, patches outside the picture are dropped.
 // Python twins: reference.patch_triangles, reference.fan_triangles
 
 #include "mesh/shape.glsl"
@@ -16,6 +15,10 @@ void main() {
     v_shape = v_patch[0];
     Shape s = shape_of(v_shape);
     bool beside = is_beside(s.corner, end_of(s));
+    int own_log2 = s.side_log2 - s.step_log2;
+#ifdef OWN_EDGES
+    s.edges_log2 = ivec4(s.fan ? 0 : own_log2);
+#endif
     for (int edge = 0; edge < 4; edge++) gl_TessLevelOuter[edge] = beside ? 0.0 : exp2(float(s.edges_log2[edge]));
-    gl_TessLevelInner[0] = gl_TessLevelInner[1] = exp2(float(s.side_log2 - s.step_log2));
+    gl_TessLevelInner[0] = gl_TessLevelInner[1] = exp2(float(own_log2));
 }

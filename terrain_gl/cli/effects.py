@@ -54,6 +54,8 @@ def _heights_seen(look: str, low_m: float, high_m: float) -> str:
 
 def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[str]:
     heightmap = scene.heightmap
+    if args.style == "cracks":
+        yield "--style cracks: patches do not agree on edges; nothing is certified"
     low_m, high_m = heightmap.range_m
     if not Look(args.style).is_lit:
         names = {"water_m": "water"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -32,14 +33,21 @@ class OfPatches:
     mode = moderngl.PATCHES
     indices = None
 
+    ctx: moderngl.Context
     terrain: Terrain
     view: ViewBlock
     patches: moderngl.Buffer
+    draws: moderngl.Buffer
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:
         """The vertex buffer: each patch is one vertex."""
         return [(self.patches, "4i4", "in_patch")]
+
+    @cached_property
+    def with_own_edges(self) -> OwnEdges:
+        """The same patches without agreement on edges."""
+        return OwnEdges(self)
 
     def chosen(self, selection: Selection) -> layout.Patches:
         """The patches of the last selection: the drawn ones, then the hidden ones."""
@@ -50,3 +58,38 @@ class OfPatches:
         """Bind everything that the stages read."""
         self.terrain.bind()
         self.view.bind()
+
+
+class OwnEdges:
+    """A `surface.Surface`: each edge of a patch has the segments of that patch alone (glsl/mesh/patch.tesc).
+
+    Attributes
+    ----------
+    agreed
+        The patches, as they are drawn otherwise. All buffers are theirs.
+    """
+
+    def __init__(self, agreed: OfPatches) -> None:
+        self.agreed = agreed
+        self.ctx = agreed.ctx
+        self.terrain = agreed.terrain
+        self.view = agreed.view
+        self.stages = agreed.stages
+        self.defines: Mapping[str, object] = {**agreed.defines, "OWN_EDGES": 1}
+        self.on_heights = agreed.on_heights
+        self.mode = agreed.mode
+        self.indices = agreed.indices
+
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A patch is one vertex."""
+        return self.agreed.feed
+
+    @property
+    def draws(self) -> moderngl.Buffer:
+        """Indirect draw commands."""
+        return self.agreed.draws
+
+    def bind(self) -> None:
+        """Bind everything that the stages read."""
+        self.agreed.bind()

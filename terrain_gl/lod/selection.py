@@ -77,6 +77,8 @@ class Selection:
     hidden
         Number of patches that were chosen but are hidden. In the surface's `patches`, their records follow those of
         the drawn patches.
+    cracks
+        Number of edges whose two sides have different vertices, if patches do not agree on edges (`lod.cracks`).
     """
 
     surface: Surface = field(compare=False)
@@ -88,6 +90,7 @@ class Selection:
     draws: int
     price: float | None = None
     hidden: int = 0
+    cracks: int | None = None
 
     @property
     def patches(self) -> int:

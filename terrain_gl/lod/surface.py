@@ -47,7 +47,9 @@ class Surface(Protocol):
     defines: Mapping[str, object]
     on_heights: bool
     mode: int
-    draws: moderngl.Buffer
+
+    @property
+    def draws(self) -> moderngl.Buffer: ...
 
     @property
     def feed(self) -> Sequence[tuple[Any, ...]]: ...

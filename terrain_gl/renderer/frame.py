@@ -95,4 +95,4 @@ class DrawnFrame:
             "curvature_radius_m": radius_of(self.camera.bend_per_m / options.exaggeration),
             "width": self.size[0],
             "height": self.size[1],
-        }
+        } | ({} if selection.cracks is None else {"cracks": selection.cracks})

@@ -382,7 +382,8 @@ class RenderOptions:
     def goal(self) -> Goal:
         """The options of the level of detail."""
         first = self.tolerance_px, self.metric, self.cull, self.triangles, self.parameters
-        return Goal(*first, hides=self.occlusion == "on", has_holes=self.voids == "hole")
+        hides = self.occlusion == "on" and self.style != "cracks"  # through a crack one sees what is hidden else
+        return Goal(*first, hides=hides, has_holes=self.voids == "hole")
 
     @property
     def tolerance_px(self) -> float:

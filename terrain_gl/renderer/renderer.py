@@ -32,6 +32,7 @@ from ..gpu.session import Session, in_session, steps_in_session
 from ..heightmap import Heightmap
 from ..image import png_bytes, reduced
 from ..lod import Selection
+from ..lod.cracks import with_cracks
 from ..pages.streaming import Streaming
 from ..shade.picture import TILE_PX, Picture
 from ..terrain import Terrain
@@ -287,6 +288,8 @@ class Renderer:
             if loading:
                 loading.terrain.rim_focal_px = chosen_for.focal_px(size[1]) if options.voids == "hole" else 0.0
             selection, loaded = loading.select(choose, chosen_for, goal) if loading else (choose(chosen_for), {})
+        if options.style == "cracks":
+            selection = with_cracks(selection)
         if options.chosen_for:
             self.resources.view.move(self.terrain, camera, size, near_m)
         return DrawnFrame(chosen_for, camera, size, near_m, options, selection, loaded=loaded)

@@ -37,7 +37,8 @@ from .programs import PixelPrograms, Wanted
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _OF_LIGHT = ("visibility", "ambient", "direct", "lobes")  # styles that show parts of the light
 _LIT = ("shaded", *_OF_LIGHT)  # styles that need light
-_OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
+_OF_MESH = ("wireframe", "lod", "segments", "cracks", "promise", "error")  # styles that show the mesh
+_DETAILED = ("cracks", "promise")  # those with a first pass of their own
 STYLES = ("shaded", "lambert", *_OF_MESH, "normals", "voids", "depth", *_OF_LIGHT)
 _EXACT = (*_LIT, "lambert", "normals", "depth")  # styles that show light or numbers: `Picture.exact`
 GRAINS = ("on", "off")
@@ -237,8 +238,8 @@ class Picture:
     def _meshes(self, look: Look) -> MeshDraws:
         """The programs of the first pass that record what the style needs, and no more."""
         holes = self._has_holes(look)
-        if look.style == "promise":
-            what = "detail_promise"
+        if look.style in _DETAILED:
+            what = f"detail_{look.style}"
         elif look.style in _OF_MESH or look.wires:
             what = "detail"
         else:
@@ -386,9 +387,10 @@ class Picture:
         return self._seen_detail
 
     def _may_show_underside(self, look: Look, selection: Selection) -> bool:
-        """Whether a pixel may show the land from below: through a hole, or from an eye that is not above the mesh."""
+        """Whether a pixel may show the land from below: through a gap, or from an eye that is not above the mesh."""
         is_above = is_above_ground(self.terrain, self.view.eye[0], self.view.eye[2], self.view.reach_m)
-        return self._has_holes(look) or not is_above or (selection.certified_px or 0.0) > ROUGH_PX
+        has_gaps = self._has_holes(look) or look.style == "cracks"
+        return has_gaps or not is_above or (selection.certified_px or 0.0) > ROUGH_PX
 
     def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`."""

@@ -15,6 +15,7 @@ import numpy as np
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
 from ..lod import QuadtreeSelector, RingsSelector, Selection
+from ..lod.patches import OwnEdges
 
 _CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
 _ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
@@ -147,11 +148,14 @@ class PatchExplainer:
 
         The view must still be that of the selection.
         """
-        if isinstance(selection.surface, RingsSelector):
-            return self._explain_ring(selection.surface, selection, post, tolerance_px, metric)
-        if not isinstance(selection.surface, QuadtreeSelector):
+        surface = selection.surface
+        if isinstance(surface, OwnEdges):
+            surface = surface.agreed
+        if isinstance(surface, RingsSelector):
+            return self._explain_ring(surface, selection, post, tolerance_px, metric)
+        if not isinstance(surface, QuadtreeSelector):
             return None
-        quadtree = selection.surface
+        quadtree = surface
         patches = quadtree.chosen(selection)
         at = _over(patches, post)
         if at is None:

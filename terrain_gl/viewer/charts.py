@@ -7,7 +7,7 @@ from typing import Any
 
 from ..basics.words import metres
 from .controller import Controller
-from .frame_stats import FRAMES, STAGES, FrameStats, Record, clock, drawing_ms, seconds
+from .frame_stats import FRAMES, STAGES, FrameStats, Record, bound_words, clock, drawing_ms, seconds
 from .painter import Painter
 from .widgets import Widgets
 
@@ -48,11 +48,11 @@ def error_words(frame: FrameStats) -> str:
     """The achieved error and the bound, as far as they are known."""
     if frame.is_preview:
         return "preview: nothing certified"
+    bound = bound_words(frame.stats, ".3f")
     if "complete" in frame.stats:  # the map is a store, whose truth is on a disk
         missing = len(frame.stats["tiles_missing"])
-        return f"bound {frame.certified_px:.3f} px, " + (f"missing tiles: {missing:,}" if missing else "complete")
+        return f"{bound}, " + (f"missing tiles: {missing:,}" if missing else "complete")
     achieved = "…" if frame.achieved_px is None else f"{frame.achieved_px:.3f} px"
-    bound = "no bound" if frame.certified_px is None else f"bound {frame.certified_px:.3f} px"
     return f"achieved {achieved}, {bound}"
 
 

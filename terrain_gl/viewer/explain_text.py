@@ -10,6 +10,7 @@ from ..basics.words import metres
 from ..renderer.methods import EVERY_POST
 from ..renderer.options import RenderOptions
 from ..verify.explain import Choice, Explanation
+from .frame_stats import bound_words
 
 HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
 
@@ -96,8 +97,7 @@ def side_line(
     tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
     budget = f"{options.triangles:,} triangles" if options.triangles else tolerance
     asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"
-    bound_px = stats.get("certified_max_error_px")
-    bound = "preview" if is_preview else "no bound" if bound_px is None else f"bound {bound_px:.3g} px"
+    bound = "preview" if is_preview else bound_words(stats, ".3g")
     found = "" if not measured_px else f", achieved {measured_px['max']:.3g} px (RMS {measured_px['rms']:.2g} px)"
     return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}"
 

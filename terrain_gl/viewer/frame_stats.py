@@ -68,6 +68,13 @@ def achieved_px(stats: dict[str, Any], measured_px: dict[str, float] | None) -> 
     return measured_px[stats["certified_metric"]] if measured_px else None
 
 
+def bound_words(stats: dict[str, Any], form: str) -> str:
+    """The certified bound, or that there is none; and how many cracks the mesh has, in the style that shows them."""
+    px = stats.get("certified_max_error_px")
+    cracks = f", {stats['cracks']:,} cracks" if "cracks" in stats else ""
+    return ("no bound" if px is None else f"bound {px:{form}} px") + cracks
+
+
 def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:
     """The stats of a preview. Because it is not the whole map, nothing is certified."""
     return stats | {"certified_max_error_px": None, "complete": False}

@@ -22,7 +22,7 @@ from .state import apply, checked
 NEXT = "space", "right", "page down"
 BACK = "left", "page up"
 UNKNOWN = "…"  # a number that is not measured yet
-_NUMBERS = ("posts", "every", "triangles", "patches", "percent", "bound", "achieved")
+_NUMBERS = ("posts", "every", "triangles", "patches", "percent", "bound", "achieved", "cracks")
 _NAMES = (*_NUMBERS, *(f"{name}_right" for name in _NUMBERS[2:]))
 
 
@@ -174,6 +174,7 @@ class Lecture:
                 f"patches{end}": f"{stats['patches']:,}",
                 f"percent{end}": f"{100 * stats['triangles'] / every:.2g} %",
                 f"bound{end}": "no bound" if bound_px is None else f"{bound_px:.3g} px",
+                f"cracks{end}": f"{stats['cracks']:,}" if "cracks" in stats else "no",
                 f"achieved{end}": UNKNOWN if error_px is None else f"{error_px:.3g} px",
             }
         return numbers

@@ -23,12 +23,14 @@ INFERNO = (
     (0.988, 0.998, 0.645),
 )
 
+PALE = tuple((0.5 + 0.5 * r, 0.5 + 0.5 * g, 0.5 + 0.5 * b) for r, g, b in VIRIDIS)  # of glsl/shade/cracks.frag
 VISIBLE = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.93, 0.93, 1.0), (0.93, 0.93, 0.0))
 
 COLOURS = {  # meaning of the colours of the land, by style
     "shaded": "light",
     "lod": "levels: spacing of vertices",
     "segments": "segments of each patch",
+    "cracks": "cracks, without agreement on edges",
     "promise": "certified bound of each patch",
     "error": "error of each pixel",
 }
@@ -54,6 +56,7 @@ def legend(options: RenderOptions) -> Legend | None:
     return {
         "lod": Legend(VIRIDIS, "every post, or closer", "1/16 of the map", borders),
         "segments": Legend(VIRIDIS, "one quad", "32 × 32", borders),
+        "cracks": Legend(PALE, "one quad", "32 × 32", "Red: a crack, through which one looks under the land."),
         "promise": Legend(INFERNO, "0", most, f"Grey: no bound. {over}", between),
         "visibility": Legend(
             VISIBLE, "neither", "sun alone", "Blue: share of the sky. Yellow: of the sun. White: both."

@@ -96,7 +96,7 @@ def test_legends_show_the_colours_of_the_shaders():
     assert set(legend.COLOURS) <= set(STYLES)
     for style in STYLES:
         shown = legend.legend(RenderOptions(2.0, style=style))
-        assert (shown is not None) == (style in ("lod", "segments", "promise", "error", "visibility"))
+        assert (shown is not None) == (style in ("lod", "segments", "cracks", "promise", "error", "visibility"))
 
 
 def test_an_error_scale_has_one_end_for_all_tolerances_and_a_root(ctx):
