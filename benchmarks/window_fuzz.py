@@ -4,7 +4,8 @@
 
 After each event the camera must be finite, OpenGL without error, and no stroke lost without a warning
 (tests/viewer/fuzz.py; a short form is in tests/viewer/test_fuzz.py). Each run of 1000 events begins with another seed,
-and with another map: a small one, one with voids, one of a single height. This prints how many events were sent.
+and with another map: a small one, one with voids, one of a single height. Every other run has the lecture. Type and
+panels have 0.5 to 4 times their size. This prints how many events were sent.
 """
 
 from __future__ import annotations
@@ -25,9 +26,11 @@ from windowless import open_app  # noqa: E402
 from terrain_gl.camera import Camera  # noqa: E402
 from terrain_gl.heightmap import Heightmap  # noqa: E402
 from terrain_gl.renderer import Renderer  # noqa: E402
+from terrain_gl.viewer.lecture import Lecture, read_lecture  # noqa: E402
 from terrain_gl.viewer.loading import Opened  # noqa: E402
 
 EVENTS = 1000
+SCALES = (0.5, 1.0, 2.0, 4.0)
 
 
 def maps() -> list[Heightmap]:
@@ -50,6 +53,11 @@ def main(seconds: str = "300", seed: str = "1") -> int:
         opened = Opened(heightmap, Camera.default(heightmap), key=heightmap.name)
         app.viewer.show(Renderer(heightmap, (80, 50), ctx=app.viewer.ctx), opened)
         set_budget(app.viewer, slow())
+        app.viewer.settings.ui_scale = SCALES[number % len(SCALES)]
+        if number % 2:
+            viewer = app.viewer
+            viewer.lecture = Lecture(read_lecture(), viewer.scene, viewer.painter, viewer.explainer)
+            viewer.lecture.begin()
         fuzz = Fuzz(app, number)
         for _ in range(EVENTS):
             fuzz.run(1)

@@ -95,7 +95,9 @@ def monotone(x: np.ndarray, y: np.ndarray, at: float) -> float:
     e = secants[1:]
     g = widths[:-1]
     h = widths[1:]
-    slopes = np.concatenate([secants[:1], 3 * (g + h) / ((2 * h + g) / d + (h + 2 * g) / e), secants[-1:]])
+    with np.errstate(divide="ignore"):  # beside a level part the mean is 3(g + h) / ∞ = 0
+        means = 3 * (g + h) / ((2 * h + g) / d + (h + 2 * g) / e)
+    slopes = np.concatenate([secants[:1], means, secants[-1:]])
     i = int(np.clip(np.searchsorted(x, at, "right") - 1, 0, len(widths) - 1))
     u = (at - x[i]) / widths[i]
     hermite = y[i] + (y[i + 1] - y[i]) * u * u * (3 - 2 * u)

@@ -148,7 +148,7 @@ class Mouse:
         drag = "look" if look else self.drag
         dx, dy = (x - before[0]) / window.scale, (y - before[1]) / window.scale
         if drag == "divider":
-            settings.divider = min(max(x / max(1, window.size[0]), 0.02), 0.98)
+            settings.split_at(x / max(1, window.size[0]))
             window.refresh()
         elif drag == "look":
             self._scene.controller.look(dx, dy)

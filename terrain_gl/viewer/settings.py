@@ -15,6 +15,7 @@ UI_STEP = 2**0.25  # factor of one step of the sizes of type and panels
 UI_SCALES = (0.5, 4.0)
 COMPARED = 100_000  # most triangles on each side of a new split picture: few enough that errors are visible
 SCALE_PX = 20.0  # the error at the end of the colours on both sides
+LEAST_SIDE = 0.02  # of the width of a split picture
 
 
 @dataclass
@@ -66,6 +67,10 @@ class Settings:
     def change_all(self, **changes: Any) -> None:
         """Change options of all sides."""
         self.sides = [side.otherwise(**changes) for side in self.sides]
+
+    def split_at(self, share: float) -> None:
+        """Move the divider; both sides keep a part of the picture, also where the panel is wider than the window."""
+        self.divider = min(max(share, LEAST_SIDE), 1 - LEAST_SIDE)
 
     def forget_budgets(self) -> None:
         """Draw within a tolerance again, because a number of triangles suits only one map."""

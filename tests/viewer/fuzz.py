@@ -6,8 +6,9 @@ import numpy as np
 
 from terrain_gl.viewer.commands import BY_KEY
 from terrain_gl.viewer.controller import MOVE_KEYS
+from terrain_gl.viewer.lecture import BACK, NEXT
 
-KEYS = [*BY_KEY, *MOVE_KEYS, "enter", "backspace", "delete", "end", "tab", ""]
+KEYS = [*BY_KEY, *MOVE_KEYS, *NEXT, *BACK, "enter", "backspace", "delete", "end", "tab", ""]
 ASK_A_DISK = {"p", "o", "k", "r", "ctrl+s", "ctrl+o", "y"}  # they write files, or list folders
 SIZES = [(320, 200), (200, 320), (64, 64), (1, 1), (0, 0), (640, 90), (500, 300)]
 

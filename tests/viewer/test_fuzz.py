@@ -28,6 +28,15 @@ def test_random_events_break_nothing(ctx, make_app, tmp_path, monkeypatch):
     Fuzz(app, 35, asks_disk=False).run(500)
 
 
+def test_a_window_that_is_narrower_than_its_panel_is_split(app):
+    app.resize((3, 3), 1.0)
+    settle(app)
+    app.press("t")
+    settle(app)
+    settings = app.viewer.settings
+    assert settings.split and 0 < settings.divider < 1 and app.viewer.ctx.error == "GL_NO_ERROR"
+
+
 def fails(*arguments, **named):
     raise ValueError("a mistake")
 
