@@ -2,6 +2,9 @@
 
     python benchmarks/viewer_latency.py [WIDTHxHEIGHT [MAP]]      1280x720, alpine
 
+First it sends events to the picture at rest, and prints how long the first frame that differs takes to come, and the
+whole picture. The panel, which changes with every event, is not looked at; so these are changes of the land.
+
 An event waits for the present frame, and the next frame shows it. So the longest step (of loading, light, the full
 picture, measuring) should take no longer than a frame in motion. This prints both, in elapsed milliseconds and in
 processor milliseconds of all cores, which do not depend on the load of the machine.
@@ -11,6 +14,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -19,6 +23,7 @@ from windowless import open_app, opened, time_of
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.painter import REST_S
 
+NEVER_S = 20.0  # an event that has changed nothing by then changes nothing
 GLANCES = 5  # turns of the camera, each followed by rest
 Times = dict[str, list[tuple[float, float]]]
 
@@ -31,6 +36,10 @@ def main(size: str = "1280x720", name: str = "alpine") -> int:
     print(f"{name}, {size}, {app.viewer.ctx.info['GL_RENDERER']}")
     times: Times = {}
     come_to_rest(app, times)
+    print(f"{'event':24} {'first changed frame':>20} {'whole picture':>14}")
+    for event, act in EVENTS.items():
+        first_s, whole_s = changes(app, act)
+        print(f"{event:24} {first_s:18.2f} s {whole_s:12.2f} s", flush=True)
     for _ in range(GLANCES):
         for _ in range(3):
             app.viewer.scene.controller.look(10, 0)
@@ -45,6 +54,54 @@ def main(size: str = "1280x720", name: str = "alpine") -> int:
         print(f"{by_clock}{'':12}{np.median(work):9.1f} {most[1]:8.1f}")
     app.close()
     return 0
+
+
+EVENTS: dict[str, Callable[[App], object]] = {
+    "right drag": lambda app: app.viewer.scene.controller.look(60, 10),
+    "wheel": lambda app: app.wheel(0.0, 2.0, 900.0, 500.0),
+    "tolerance (+)": lambda app: app.press("+"),
+    "mesh over the picture (N)": lambda app: app.press("n"),
+    "no mesh (N)": lambda app: app.press("n"),
+    "contour lines (Shift C)": lambda app: app.press("shift+c"),
+    "style (Tab)": lambda app: app.press("tab"),
+    "style before (Shift Tab)": lambda app: app.press("shift+tab"),
+    "freeze (L)": lambda app: app.press("l"),
+    "look around, frozen": lambda app: app.viewer.scene.controller.look(-60, 0),
+    "thaw (L)": lambda app: app.press("l"),
+    "split (T)": lambda app: app.press("t"),
+    "right drag, split": lambda app: app.viewer.scene.controller.look(60, 0),
+    "one picture (T)": lambda app: app.press("t"),
+    "first view (Home)": lambda app: app.press("home"),
+}
+
+
+def changes(app: App, act: Callable[[App], object]) -> tuple[float, float]:
+    """Seconds from an event to the first frame that shows a change, and to the whole picture."""
+    before, begun, first_s = land(app), time.perf_counter(), None
+    act(app)
+    while app.busy or not app.viewer.settled or app.viewer.painter.waits_for_rest or first_s is None:
+        shown = app.frame(time.perf_counter())
+        app.viewer.ctx.finish()
+        now_s = time.perf_counter() - begun
+        if first_s is None and shown and (land(app) != before).mean() > 0.001:
+            first_s = now_s
+        if first_s is None and now_s > NEVER_S:
+            return float("nan"), now_s
+        if app.viewer.settled and first_s is not None:
+            break
+    whole_s = time.perf_counter() - begun
+    while app.busy or app.viewer.painter.waits_for_rest:
+        app.frame(time.perf_counter())
+    return first_s, whole_s
+
+
+def land(app: App) -> np.ndarray:
+    """The pixels that panels do not cover, as one sees them now."""
+    width, height = app.viewer.window.size
+    left = round(app.viewer.window.panel_px)
+    data = app.viewer.target.read((left, 0, width - left, height), components=3, alignment=1)
+    pixels = np.frombuffer(data, np.uint8).reshape(height, width - left, 3)
+    return pixels[height // 4 : 3 * height // 4]  # below and above are messages, legends and the north arrow
 
 
 def come_to_rest(app: App, times: Times) -> None:
