@@ -54,7 +54,7 @@ def chosen(renderer, view, method):
 def main():
     """Print a line for each map and method."""
     sizes = [int(word) for word in sys.argv[1:]] or [1025, 2049, 4097, 8193]
-    known = bundled()["alpine"]
+    known = bundled()["alpine-30m"]
     land = tg.Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
     heights = mirrored(land.heights, max(sizes))
     print(f"{'posts':>6} {'method':9}{'triangles':>11}{'patches':>9}{'ms':>8}")

@@ -55,7 +55,7 @@ def main():
     if len(sys.argv) > 1:
         heightmap = open_map(sys.argv[1])[0]
     else:
-        land = open_map("alpine")[0]
+        land = open_map("alpine-30m")[0]
         heightmap = tg.Heightmap(np.ascontiguousarray(mirrored(land.heights, 4097)), land.spacing_m)
     ctx = create_context()
     terrain = Terrain(ctx, heightmap)

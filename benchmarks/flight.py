@@ -1,6 +1,6 @@
 """A fixed flight, frame by frame: how much frame times vary, and whether memory and OpenGL objects remain.
 
-    python benchmarks/flight.py [MAP [FRAMES [WIDTHxHEIGHT]]]      a bundled map or a file; canyon, 1000, 320x180
+    python benchmarks/flight.py [MAP [FRAMES [WIDTHxHEIGHT]]]      a bundled map or a file; canyon-15m, 1000, 320x180
 
 The tour around the map (terrain_gl/film/tour.py) is flown three times: alone, with a stroke of radius 16 posts under
 the eye in every frame, and recorded as a folder of pictures. The output has the median and the 99.9th percentile of
@@ -31,7 +31,7 @@ NAMES = 20_000  # largest number of an OpenGL object that is tested
 
 def main() -> int:
     """Fly, and print the table."""
-    name, frames, size = (*sys.argv[1:], *("canyon", "1000", "320x180")[len(sys.argv) - 1 :])
+    name, frames, size = (*sys.argv[1:], *("canyon-15m", "1000", "320x180")[len(sys.argv) - 1 :])
     heightmap, _ = open_map(name)
     width, height = map(int, size.split("x"))
     with tempfile.TemporaryDirectory() as folder, tg.Renderer(heightmap, (width, height)) as renderer:

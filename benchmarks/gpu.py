@@ -130,7 +130,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", default="docs/gpu.md")
     args = parser.parse_args()
     sizes = {"320 x 180": (320, 180)} if args.small else {"1080p": (1920, 1080), "4k": (3840, 2160)}
-    with tg.Renderer(open_map("canyon")[0], (16, 16)) as renderer:
+    with tg.Renderer(open_map("canyon-15m")[0], (16, 16)) as renderer:
         machine = renderer.ctx.info["GL_RENDERER"]
     about = f"`python benchmarks/gpu.py`, {datetime.date.today()}: {machine}, Python {platform.python_version()}."
     page = ["# On a GPU", "", about]

@@ -40,7 +40,7 @@ class Clock:
 def main():
     """Print a line for each pass."""
     frames = int(sys.argv[1]) if len(sys.argv) > 1 else 40
-    heightmap, camera = open_map("alpine")[0], bundled()["alpine"].camera
+    heightmap, camera = open_map("alpine-30m")[0], bundled()["alpine-30m"].camera
     least, whole = defaultdict(lambda: float("inf")), float("inf")
     with tg.Renderer(heightmap, SIZE) as renderer:
         renderer.choose(camera)

@@ -45,7 +45,7 @@ def measure(heights, spacing_m, posts):
 def main():
     """Print a line for each size."""
     sizes = [int(word) for word in sys.argv[1:]] or [1025, 2049, 4097, 8193]
-    known = bundled()["alpine"]
+    known = bundled()["alpine-30m"]
     land = tg.Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
     heights = mirrored(land.heights, max(sizes))
     columns = ("first s", "error ms", "lod ms", "frame ms", "python ms", "triangles", "MiB", "frame ratio")

@@ -1,6 +1,6 @@
 """From the start of a process to a picture in a file: the time of each step, and a comparison with pyvista (VTK).
 
-    python benchmarks/start.py                                                  alpine, step by step
+    python benchmarks/start.py                                              alpine-30m, step by step
     python benchmarks/start.py ps_height_1k.png --spacing 160 --z-scale 0.1 --pyvista   whole processes in turn, too
 
 Steps run in one process. Whole processes are started alternately, so that the load is the same for all; a shader cache
@@ -107,7 +107,7 @@ def run(command: list[str]) -> tuple[float, float]:
 def main() -> None:
     """Time the steps; with --pyvista, also whole processes."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("map", nargs="?", default="alpine")
+    parser.add_argument("map", nargs="?", default="alpine-30m")
     parser.add_argument("--spacing", type=float)
     parser.add_argument("--z-scale", type=float)
     parser.add_argument("--pyvista", action="store_true", help="also whole processes, ours and pyvista's, in turn")

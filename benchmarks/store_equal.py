@@ -2,7 +2,7 @@
 
     python benchmarks/store_equal.py [VIEWS [PICTURES [MAP …]]]      1000 views and 100 pictures of each map
 
-A map is alpine, canyon, or a file, also one in the folder TERRAIN_GL_DEM; with "+voids" after it, voids are cut out. Of
+A map is a bundled one, or a file, also one in the folder TERRAIN_GL_DEM; with "+voids" after it, voids are cut out. Of
 a large one, the 1000 rows and 900 columns in the middle are used, in tiles of 32 posts. Views stand close to the ground
 or high above it, also outside the map; tolerances are 0.3, 1 and 4 px, and both metrics are used in turn.
 
@@ -45,7 +45,7 @@ def main() -> int:
     views, pictures = (int(word) for word in (*sys.argv[1:3], *("1000", "100")[len(sys.argv[1:3]) :]))
     print("| map | posts | tiles | views | equal | pictures | equal | few slots | complete | with equal patches |")
     print("|---|---|---|---|---|---|---|---|---|---|")
-    bad = sum(compare(name, views, pictures) for name in sys.argv[3:] or ["alpine", "canyon"])
+    bad = sum(compare(name, views, pictures) for name in sys.argv[3:] or ["alpine-30m", "canyon-15m"])
     return int(bad > 0)
 
 

@@ -4,7 +4,7 @@
 
 Defaults: 1000 frames, 200 ms, 320x180.
 
-Without a store, one is built of the bundled canyon. Every read of a page waits for the latency. The tour around the map
+Without a store, one is built of `canyon-15m`. Every read of a page waits for the latency. The tour around the map
 (terrain_gl/film/tour.py) is flown at 20 frames for each second of the tour's clock, without waiting for any tile.
 Prints the middle and the slowest of a thousand frame times, by the clock and by the processor time of the thread that
 draws; the share of complete frames, the most that is certified, and memory after a tenth of the frames and at the end.
@@ -91,7 +91,7 @@ def fly(stored: Late, count: int, size: tuple[int, int], style: str) -> None:
 
 
 def _canyon(folder: str) -> Path:
-    heightmap, _ = open_map("canyon")
+    heightmap, _ = open_map("canyon-15m")
     path = Path(folder) / "canyon.zarr"
     build(heightmap.heights, path, spacing_m=heightmap.spacing_m, tile=64, shard=512)
     return path

@@ -1,6 +1,6 @@
 """The light of stores against that of the same maps in memory: angles of horizons, and pictures.
 
-    TERRAIN_GL_DEM=FOLDER python benchmarks/store_light.py [NAME [TILE]]     canyon, alpine, rainier; tiles of 64 posts
+    TERRAIN_GL_DEM=FOLDER python benchmarks/store_light.py [NAME [TILE]]   canyon-15m, alpine-30m, rainier; 64 posts
 
 For pages of each level: the mean and the 99th percentile of the absolute difference of the sun's horizon, in degrees,
 from the sweep over the whole map, towards the east and the north, where both sweeps have the same points; and the share
@@ -31,7 +31,7 @@ LEVELS = 4
 
 def main() -> int:
     """Compare, and print."""
-    names = sys.argv[1:2] or ["canyon", "alpine", "rainier"]
+    names = sys.argv[1:2] or ["canyon-15m", "alpine-30m", "rainier"]
     tile = int(sys.argv[2]) if len(sys.argv) > 2 else 64
     for name in names:
         with tempfile.TemporaryDirectory() as folder:

@@ -1,6 +1,6 @@
 """Frames of the app, without a window: how much their times vary, and whether memory stays constant.
 
-    python benchmarks/viewer_frames.py [FRAMES [WIDTHxHEIGHT [MAP]]]      10000, 160x120, canyon
+    python benchmarks/viewer_frames.py [FRAMES [WIDTHxHEIGHT [MAP]]]      10000, 160x120, canyon-15m
 
 The camera circles over the map, and rests. There is a brush stroke every hundred frames, and now and then the mesh, a
 split picture and frozen levels. For each kind of frame this prints the median and the 99.9th percentile, both of the
@@ -26,7 +26,7 @@ WARM = 300  # frames until everything was used once
 Times = dict[str, list[tuple[float, float]]]
 
 
-def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> int:
+def main(frames: str = "10000", size: str = "160x120", name: str = "canyon-15m") -> int:
     """Fly, and print the times."""
     width, height = map(int, size.split("x"))
     app, land = open_app((width, height)), opened(name)

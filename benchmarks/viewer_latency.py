@@ -1,6 +1,6 @@
 """How long a user waits for the window: the time of each frame, by the work that is done in it. It needs no window.
 
-    python benchmarks/viewer_latency.py [WIDTHxHEIGHT [MAP]]      1280x720, alpine
+    python benchmarks/viewer_latency.py [WIDTHxHEIGHT [MAP]]      1280x720, alpine-30m
 
 First it sends events to the picture at rest, and prints how long the first frame that differs takes to come, and the
 whole picture. The panel, which changes with every event, is not looked at; so these are changes of the land.
@@ -28,7 +28,7 @@ GLANCES = 5  # turns of the camera, each followed by rest
 Times = dict[str, list[tuple[float, float]]]
 
 
-def main(size: str = "1280x720", name: str = "alpine") -> int:
+def main(size: str = "1280x720", name: str = "alpine-30m") -> int:
     """Load, look around, rest; print the times."""
     width, height = map(int, size.split("x"))
     app = open_app((width, height))

@@ -25,7 +25,7 @@ from .folders import HERE
 PARTS = HERE / "growing"
 SOLVED = HERE / "solved"  # solutions that a lecturer has added to the students' tree
 ORDER = tuple(sorted((int(path.stem[-2:]) for path in PARTS.glob("stage_*.py")), key=lambda n: 6.5 if n == 13 else n))
-MAP = HERE.parent / "heightmaps" / "alpine.png"
+MAP = HERE.parent / "heightmaps" / "alpine-30m.png"
 
 
 _lesson = cache(lesson)  # loading a check takes longer than reading a file

@@ -60,7 +60,7 @@ def write_map(app):
     """The widgets' map: 257 × 257 heights of a bundled one, a byte each."""
     from matplotlib import pyplot as plt
 
-    h = plt.imread(ROOT / "heightmaps" / "alpine.png")[500:757, 600:857]
+    h = plt.imread(ROOT / "heightmaps" / "alpine-30m.png")[500:757, 600:857]
     data = base64.b64encode((255 * (h - h.min()) / (h.max() - h.min())).round().astype("u1").tobytes()).decode()
     (ROOT / "docs" / "_static" / "map.js").write_text(
         f'const MAP = {{ n: 257, base64: "{data}" }};\n', encoding="utf-8"

@@ -110,7 +110,7 @@ def fan():
 
 def land(size=513):
     """Heights of a part of the bundled range, metres."""
-    known = json.loads((ROOT / "heightmaps" / "maps.json").read_text())["alpine"]
+    known = json.loads((ROOT / "heightmaps" / "maps.json").read_text())["alpine-30m"]
     pixels = plt.imread(ROOT / "heightmaps" / known["file"])[200 : 200 + size, 300 : 300 + size]
     return pixels * 65535.0 * known["z_scale"] + known["z_offset_m"]
 

@@ -15,7 +15,7 @@ from terrain_gl.files.maps import bundled
 from terrain_gl.image import write_png
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "01_heightmap.png"
-name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine-30m"
 
 # The file holds 16-bit integers: a post's height is value × z_scale + z_offset.
 known = bundled()[name]

@@ -25,7 +25,7 @@ from terrain_gl.image import write_png
 from terrain_gl.sat import SummedAreaTables, Table
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "02_sat.png"
-name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine-30m"
 known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 rows, cols = terrain.heights.shape

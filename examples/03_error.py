@@ -26,7 +26,7 @@ from terrain_gl.terrain import Terrain
 LEVELS = (2, 4, 6)
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "03_error.png"
-name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine-30m"
 known = bundled()[name]
 heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 

@@ -29,7 +29,7 @@ TOLERANCE_PX = 2.0
 COLOURS = np.array([(205, 55, 50), (240, 150, 60), (245, 220, 110), (150, 205, 120), (80, 170, 180), (70, 110, 190)])
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "04_lod.png"
-name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine-30m"
 known = bundled()[name]
 heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 

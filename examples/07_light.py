@@ -27,7 +27,7 @@ from terrain_gl.light.sun import sun_position
 HOURS, LATITUDE = (4.6, 6, 9, 14, 19, 20.2), 47.0
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "07_light.png"
-name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine-30m"
 known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 

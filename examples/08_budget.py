@@ -25,7 +25,7 @@ from terrain_gl.image import write_png
 BUDGETS = (1000, 4000, 16000, 64000)
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "08_budget.png"
-name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine-30m"
 heightmap, camera = open_map(name)[0], bundled()[name].camera
 
 

@@ -23,7 +23,7 @@ from terrain_gl.files.maps import bundled
 from terrain_gl.image import write_png
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "09_clipmap.png"
-name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine-30m"
 known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 rings = Rings(ring=63)

@@ -331,7 +331,7 @@ def fly(map_, size, tolerance_px):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="The whole method in one file.")
     parser.add_argument("picture", nargs="?", help="a PNG to write; without it a window opens")
-    parser.add_argument("map", nargs="?", default="alpine")
+    parser.add_argument("map", nargs="?", default="alpine-30m")
     parser.add_argument("--max-error", type=float, default=1.0, metavar="PX")
     parser.add_argument("--size", type=int, nargs=2, default=(1280, 720))
     options = parser.parse_args()

@@ -84,10 +84,14 @@ def cross_passes(grid: Grid, height: np.ndarray, receiver: np.ndarray) -> np.nda
         if not near.size:
             return receiver
         # Among equally low passes the cells' numbers decide, so that the choices form no ring of more than two pits.
-        low, high = np.minimum(near, far), np.maximum(near, far)
-        order = np.lexsort((high, low, np.maximum(height[near], height[far]), basin[near]))
-        pit, first = np.unique(basin[near][order], return_index=True)
-        target = far[order][first]
+        basins, passes = basin[near], np.maximum(height[near], height[far])
+        lowest = np.full(height.size, np.inf)
+        np.minimum.at(lowest, basins, passes)
+        equal = passes == lowest[basins]
+        inside, outside = near[equal], far[equal]
+        order = np.lexsort((np.maximum(inside, outside), np.minimum(inside, outside), basins[equal]))
+        pit, first = np.unique(basins[equal][order], return_index=True)
+        target = outside[order][first]
         goal = grid.cells.copy()
         goal[pit] = basin[target]
         mutual = (goal[goal[pit]] == pit) & (pit < goal[pit])  # of two pits that chose each other, one waits
@@ -130,7 +134,7 @@ def gather(flow: Drainage, amount: np.ndarray) -> np.ndarray:
     """Sum `amount` over everything upstream of each place, itself included."""
     total = amount.astype(np.float64)
     for level in reversed(flow.slices):
-        np.add.at(total, flow.receiver[level], total[level])
+        np.add.at(total, flow.receiver[level], total[level].copy())  # of a view, numpy would copy all of `total`
     return total
 
 

@@ -1,15 +1,16 @@
 """Make the bundled heightmaps: grow mountains and canyons from noise, by uplift and running water (see erosion.py).
 
     python heightmaps/make_heightmaps.py            # every map, and maps.json
-    python heightmaps/make_heightmaps.py canyon     # one map
+    python heightmaps/make_heightmaps.py canyon     # the maps of one land
 
 Each landscape starts on a coarse grid, where the large valleys form. Then the grid is refined and eroded further: finer
-grids add the gullies between them. Random numbers come from seeds: the same numpy makes the same landscape again.
+grids add the gullies between them. Two of the grids become maps: so both show the same peaks and valleys. Random
+numbers come from seeds: the same numpy makes the same landscape again.
 """
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -103,18 +104,18 @@ def aggrade(height, spacing):
 
 
 def alpine():
-    """A mountain range of 31 km with its foothills and plain: 1025 posts, 30 m apart."""
+    """A mountain range of 31 km with its foothills and plain; yields the spacing and the heights of each grid."""
     rng, shape = np.random.default_rng(7), (129, 128)
     height = 120 * noise(shape, 1, 1 / 2, 1 / 64, 0.3) + 30 * rng.standard_normal(shape)
     height[-1], height[0] = 0, 700
-    for spacing, years, steps in [(240, 6e6, 300), (120, 8e5, 80), (60, 2e5, 40), (30, 8e4, 30)]:
+    for spacing, years, steps in [(240, 6e6, 300), (120, 8e5, 80), (60, 2e5, 40), (30, 8e4, 30), (15, 3e4, 20)]:
         if spacing < 240:
             height = finer(height, spacing, 2.0, rng)
         rock = alpine_rock(height.shape)
         height = evolve(height, spacing, lambda _, rock=rock: rock, years, steps, rng)
         if spacing <= 60:
             height = aggrade(height, spacing)
-    return np.roll(height, height.shape[1] // 4, axis=1)  # the highest massif away from the edge
+        yield spacing, np.roll(height, height.shape[1] // 4, axis=1)  # the highest massif away from the edge
 
 
 # ---------------------------------------------------------------------------------------------- canyon
@@ -148,13 +149,13 @@ def river_course(y):
 
 
 def canyon():
-    """A river from far away has cut a plateau of hard and soft layers: 513 posts, 15 m apart."""
+    """A river from far away has cut a plateau of hard and soft layers; yields the spacing and the heights of grids."""
     rng, shape = np.random.default_rng(5), (129, 128)
     y, x = np.arange(shape[0])[:, None] / 128, np.arange(shape[1]) / 128
     aside = np.abs(x - river_course(y))
     height = PLATEAU_M + 8 * noise(shape, 21, 1 / 2, 1 / 32, 1.0) + rng.standard_normal(shape)
     height -= 60 * np.exp(-((aside / 0.03) ** 2)) + 25 * aside
-    for spacing, years, steps in [(60, 6e5, 240), (30, 8e4, 50), (15, 4e4, 40)]:
+    for spacing, years, steps in [(60, 6e5, 240), (30, 8e4, 50), (15, 4e4, 40), (7.5, 1.5e4, 20), (3.75, 6e3, 16)]:
         if spacing < 60:
             height = finer(height, spacing, 1.0, rng)
         cells = height.shape[1]
@@ -164,33 +165,38 @@ def canyon():
         dip = 10 * noise(height.shape, 22, 1 / 2, 1 / 6, 1.0)
         rock_at = lambda z, dip=dip: canyon_rock(z, dip)  # noqa: E731
         height = evolve(height, spacing, rock_at, years, steps, rng, outlet, inflow)
-    return height
+        yield spacing, height
 
 
 # ---------------------------------------------------------------------------------------------- files
 
 
 @dataclass(frozen=True)
-class Recipe:
-    """How a map is made and stored: height = value * z_scale + z_offset_m. `view` is the first view of it."""
+class Land:
+    """How a land is made and stored: height = value * z_scale + z_offset_m. `look` is how it is coloured."""
 
-    make: Callable[[], np.ndarray]
-    spacing_m: float
+    make: Callable[[], Iterator[tuple[float, np.ndarray]]]
     z_scale: float
     z_offset_m: float
+    look: str
+
+
+@dataclass(frozen=True)
+class Map:
+    """One of the grids of a land, and the first view of it."""
+
+    land: str
+    spacing_m: float
     view: dict
 
 
-RECIPES = {
-    "alpine": Recipe(
-        alpine, 30, 0.06, 0,
-        dict(eye=[19500, 9000, 1500], target=[23300, 21000, 1350], fov=42, sun=[262, 16]),
-    ),
-    "canyon": Recipe(
-        canyon, 15, 0.02, 800,
-        dict(eye=[4350, 650, 1700], target=[3750, 4700, 1080], fov=48, sun=[245, 20]),
-    ),
-}  # fmt: skip
+LANDS = {"alpine": Land(alpine, 0.06, 0, "alpine"), "canyon": Land(canyon, 0.02, 800, "arid")}
+MAPS = {
+    "alpine": Map("alpine", 15, dict(eye=[19500, 9000, 1500], target=[23300, 21000, 1350], fov=42, sun=[262, 16])),
+    "canyon": Map("canyon", 3.75, dict(eye=[4350, 650, 1700], target=[3750, 4700, 1080], fov=48, sun=[245, 20])),
+    "alpine-30m": Map("alpine", 30, dict(eye=[19500, 9000, 1500], target=[23300, 21000, 1350], fov=42, sun=[262, 16])),
+    "canyon-15m": Map("canyon", 15, dict(eye=[4350, 650, 1700], target=[3750, 4700, 1080], fov=48, sun=[245, 20])),
+}
 
 
 def write_png(path, height, z_scale, z_offset_m):
@@ -206,28 +212,30 @@ def write_png(path, height, z_scale, z_offset_m):
         raise SystemExit(f"{path}: {buffer.geterror()}")
 
 
-def describe(recipes):
+def describe(maps):
     """The text of maps.json: one line per map."""
     lines = []
-    for name, recipe in recipes.items():
-        facts = dict(spacing_m=recipe.spacing_m, z_scale=recipe.z_scale, z_offset_m=recipe.z_offset_m)
-        lines.append(f'  "{name}": {json.dumps(dict(file=f"{name}.png", **facts, view=recipe.view))}')
+    for name, each in maps.items():
+        land = LANDS[each.land]
+        facts = dict(spacing_m=each.spacing_m, z_scale=land.z_scale, z_offset_m=land.z_offset_m, look=land.look)
+        lines.append(f'  "{name}": {json.dumps(dict(file=f"{name}.png", **facts, view=each.view))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def main():
-    """Make the maps named on the command line, or all."""
+    """Make the maps of the lands named on the command line, or of all."""
     parser = argparse.ArgumentParser(description="Make the bundled heightmaps.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(RECIPES)}; without a name, all of them")
-    names = parser.parse_args().names or list(RECIPES)
-    if unknown := set(names) - set(RECIPES):
-        parser.error(f"no map is called {', '.join(sorted(unknown))}; there are {', '.join(RECIPES)}")
-    for name in names:
-        recipe = RECIPES[name]
-        height = recipe.make()
-        write_png(FOLDER / f"{name}.png", height, recipe.z_scale, recipe.z_offset_m)
-        print(f"{name}.png: {height.min():.0f} to {height.max():.0f} m")
-    (FOLDER / "maps.json").write_text(describe(RECIPES))
+    parser.add_argument("lands", nargs="*", metavar="LAND", help=f"{', '.join(LANDS)}; without a name, all of them")
+    lands = parser.parse_args().lands or list(LANDS)
+    if unknown := set(lands) - set(LANDS):
+        parser.error(f"no land is called {', '.join(sorted(unknown))}; there are {', '.join(LANDS)}")
+    (FOLDER / "maps.json").write_text(describe(MAPS))
+    for land in lands:
+        stored = {each.spacing_m: name for name, each in MAPS.items() if each.land == land}
+        for spacing_m, height in LANDS[land].make():
+            if name := stored.get(spacing_m):
+                write_png(FOLDER / f"{name}.png", height, LANDS[land].z_scale, LANDS[land].z_offset_m)
+                print(f"{name}.png: {height.min():.0f} to {height.max():.0f} m")
 
 
 if __name__ == "__main__":

@@ -125,7 +125,8 @@ def test_unreadable_map(dem, folder, run):
 
 
 def test_no_such_name(run):
-    refused(run("measure", "alpnie"), 1, "alpnie: neither a file nor a bundled map (alpine, canyon)")
+    names = "alpine, canyon, alpine-30m, canyon-15m"
+    refused(run("measure", "alpnie"), 1, f"alpnie: neither a file nor a bundled map ({names})")
 
 
 @pytest.mark.parametrize("words", ["shot {} -o no/out.png", "mesh {} -o no/out.ply", "measure {} --json no/out.json"])

@@ -24,7 +24,7 @@ def test_there_is_one_for_each_stage():
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_example(example, tmp_path):
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    command = [sys.executable, str(example), "picture.png", "canyon"]
+    command = [sys.executable, str(example), "picture.png", "canyon-15m"]
     result = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.endswith("wrote picture.png\n")

@@ -21,7 +21,7 @@ GOLDEN = Path(__file__).parent / "golden"
 SIZE = (160, 90)
 OUTLIERS = 0.001  # share of pixels that may differ by more than 1/255: another LLVM rounds differently
 MAPS = json.loads(files("terrain_gl.heightmaps").joinpath("maps.json").read_text())
-PICTURES = [("alpine", style) for style in STYLES] + [("canyon", "shaded"), ("canyon", "lod")]
+PICTURES = [("alpine-30m", style) for style in STYLES] + [("canyon-15m", "shaded"), ("canyon-15m", "lod")]
 
 
 @pytest.fixture(scope="module")

@@ -59,7 +59,7 @@ def real_crops(dem):
 
 
 def generated_crops():
-    maps = {name: bundled()[name] for name in ("alpine", "canyon")}
+    maps = {name: bundled()[name] for name in ("alpine-30m", "canyon-15m")}
     opened = {
         name: Heightmap.open(m.path, spacing_m=m.spacing_m, z_scale=m.z_scale, z_offset_m=m.z_offset_m)
         for name, m in maps.items()
@@ -166,7 +166,7 @@ def assert_visibility(ctx, keep, heightmap):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["alpine", "canyon"])
+@pytest.mark.parametrize("name", ["alpine-30m", "canyon-15m"])
 def test_visible_fractions_of_generated_land(ctx, keep, name):
     assert_visibility(ctx, keep, generated_crops()[name])
 

@@ -72,37 +72,37 @@ def test_parameters_without_an_option_are_refused():
 
 
 def test_only_what_is_unusual_is_said():
-    known = bundled()["canyon"]
-    heightmap, _ = open_map("canyon")
+    known = bundled()["canyon-15m"]
+    heightmap, _ = open_map("canyon-15m")
     assert (
         command_line(heightmap, known.camera, (1280, 720), RenderOptions(sun=known.sun))
-        == "terrain-gl shot canyon -o picture.png"
+        == "terrain-gl shot canyon-15m -o picture.png"
     )
     line = command_line(
         heightmap, Camera(known.eye, (1, -2.5, 3e-7), known.fov_deg), SIZE, RenderOptions(2, sun=known.sun), "a b.png"
     )
-    assert line == "terrain-gl shot canyon -o 'a b.png' --target 1,-2.5,3e-07 --size 96x64 --max-error 2"
+    assert line == "terrain-gl shot canyon-15m -o 'a b.png' --target 1,-2.5,3e-07 --size 96x64 --max-error 2"
 
 
 def test_bundled_map_in_its_view():
-    known = bundled()["canyon"]
-    draws_the_same(open_map("canyon")[0], known.camera, RenderOptions(sun=known.sun, style="normals"))
+    known = bundled()["canyon-15m"]
+    draws_the_same(open_map("canyon-15m")[0], known.camera, RenderOptions(sun=known.sun, style="normals"))
 
 
 def test_bundled_map_in_another_shape():
-    heightmap, _ = open_map("canyon", spacing_m=(10.0, 20.0))
+    heightmap, _ = open_map("canyon-15m", spacing_m=(10.0, 20.0))
     line = draws_the_same(heightmap, standard_view(heightmap, "high"), RenderOptions(style="normals"))
     assert "--spacing 10,20" in line
-    bare = Heightmap.open(bundled()["canyon"].path)
+    bare = Heightmap.open(bundled()["canyon-15m"].path)
     assert "--spacing 1,1 --z-scale 0.0006 --z-offset 0" in draws_the_same(
         bare, standard_view(bare), RenderOptions(style="normals")
     )
 
 
 def test_a_copy_of_a_bundled_map(folder):
-    shutil.copy(bundled()["canyon"].path, "other.png")
+    shutil.copy(bundled()["canyon-15m"].path, "other.png")
     heightmap, known = open_map("other.png")
-    assert "shot canyon" in command_line(heightmap, known.camera, SIZE, RenderOptions(sun=known.sun))
+    assert "shot canyon-15m" in command_line(heightmap, known.camera, SIZE, RenderOptions(sun=known.sun))
 
 
 @pytest.mark.parametrize(
@@ -147,9 +147,9 @@ numbers = st.floats(-1e8, 1e8).filter(lambda v: v == 0 or abs(v) > 1e-100)
 @given(st.tuples(numbers, numbers, numbers), st.floats(0.1, 170), st.floats(1e-6, 1e5), st.floats(-90, 90))
 def test_every_digit_counts(eye, fov, max_error, elevation):
     camera = Camera(eye, tuple(np.add(eye, (3e3, 1e3, -2e3))), fov)
-    heightmap = open_map("canyon")[0]
+    heightmap = open_map("canyon-15m")[0]
     args = parsed(command_line(heightmap, camera, SIZE, RenderOptions(max_error, sun=(12.3, elevation))))
-    start = bundled()["canyon"].camera
+    start = bundled()["canyon-15m"].camera
     said = {"eye": args.eye or start.eye, "target": args.target, "fov_deg": args.fov or start.fov_deg}
     assert Camera(**said) == camera and args.max_error_px == max_error and args.sun == (12.3, elevation)
 

@@ -201,7 +201,7 @@ def test_the_picture_is_the_renderers(view):
 
 
 def test_two_views_and_a_renderer_side_by_side(view):
-    other = View("canyon", size=(100, 60), style="normals")
+    other = View("canyon-15m", size=(100, 60), style="normals")
     first, second = view.picture(), other.picture()
     with tg.Renderer(view.viewer.scene.renderer.heightmap, (32, 32)) as renderer:
         renderer.render(CAMERA)
@@ -214,7 +214,7 @@ def test_two_views_and_a_renderer_side_by_side(view):
 
 def test_panels():
     pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
-    view = View("canyon", size=(640, 360), panels=True, style="normals")
+    view = View("canyon-15m", size=(640, 360), panels=True, style="normals")
     browser = Browser(view)
     browser.event("resize", width=640, height=360, ratio=1.0)
     with_panels = view.picture().astype(int)
@@ -274,7 +274,7 @@ def test_frames_show_themselves():
 )
 def test_bad_arguments(arguments, error):
     with pytest.raises(error):
-        View(**{"source": "canyon"} | arguments)
+        View(**{"source": "canyon-15m"} | arguments)
 
 
 def test_without_the_extra(monkeypatch):

@@ -55,7 +55,7 @@ def test_a_clone_finds_its_own_shaders_and_maps(clone):
     """Without an installation, and though another copy is installed."""
     told = run(clone, "-c", "import terrain_gl.gpu.shaders as s; print(s.root())")
     assert Path(told.stdout.strip()) == clone / "glsl", told.stderr
-    done = run(clone, "-m", "terrain_gl", "shot", "alpine", "-o", "a.png", *SIZE, "--style", "normals")
+    done = run(clone, "-m", "terrain_gl", "shot", "alpine-30m", "-o", "a.png", *SIZE, "--style", "normals")
     assert done.returncode == 0 and (clone / "a.png").exists(), done.stderr
     shutil.rmtree(clone / "glsl" / "lod")
     done = run(clone, "-m", "terrain_gl", "shot", "alpine", "-o", "b.png", *SIZE)

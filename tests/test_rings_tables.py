@@ -268,7 +268,7 @@ def test_no_pass_walks_the_map(ctx):
 
 @pytest.fixture(scope="module")
 def alpine():
-    known = bundled()["alpine"]
+    known = bundled()["alpine-30m"]
     heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
     with Renderer(heightmap, size=(320, 180)) as renderer:
         yield renderer
@@ -276,13 +276,13 @@ def alpine():
 
 def test_most_triangles_come_from_tessellated_patches(alpine):
     """At least half of them from patches of 4 × 4 segments and more."""
-    frame = alpine.select(bundled()["alpine"].camera, (640, 360), options(max_error_px=1.0))
+    frame = alpine.select(bundled()["alpine-30m"].camera, (640, 360), options(max_error_px=1.0))
     triangles = np.array(frame.selection.counts) * 2 * 4 ** np.arange(7)
     assert triangles[2:].sum() >= 0.5 * frame.selection.triangles
 
 
 def test_budgets_are_spent_and_never_exceeded(alpine):
-    camera, errors, measurement = bundled()["alpine"].camera, [], Measurement(alpine.terrain)
+    camera, errors, measurement = bundled()["alpine-30m"].camera, [], Measurement(alpine.terrain)
     for budget in (2000, 20_000, 200_000):
         frame = alpine.select(camera, alpine.size, options(triangles=budget))
         assert 0.95 * budget <= frame.selection.triangles <= budget

@@ -124,8 +124,8 @@ def test_a_script_opens_the_window(dem, shown):
             heightmap, camera, options = shown[-1]
             assert heightmap.heights.shape == (ROWS, COLS) and options["style"] == "normals"
             assert isinstance(camera, tg.Camera)
-    tg.show("canyon")
-    assert shown[-1][0].name == "canyon" and "sun" in shown[-1][2]
+    tg.show("canyon-15m")
+    assert shown[-1][0].name == "canyon-15m" and "sun" in shown[-1][2]
     tg.show(hill(), spacing_m=25.0, size=(300, 200))
     assert shown[-1][0].spacing_m == (25, 25) and shown[-1][2]["size"] == (300, 200)
 

@@ -86,7 +86,7 @@ def compare(terrain, count, view):
 
 @pytest.fixture(scope="module")
 def alpine():
-    return method.open_map("alpine")
+    return method.open_map("alpine-30m")
 
 
 def test_it_imports_no_package_of_ours():
@@ -101,8 +101,8 @@ def test_it_imports_no_package_of_ours():
 
 
 def test_it_reads_the_bundled_maps():
-    for name, known in bundled().items():
-        ours = method.open_map(name)
+    for name in ("alpine-30m", "canyon-15m"):
+        ours, known = method.open_map(name), bundled()[name]
         theirs = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
         assert np.abs(ours.heights - theirs.heights).max() < 1e-3
 
@@ -245,7 +245,7 @@ def test_its_levels_need_the_cut_edges(ctx):
 @pytest.mark.parametrize(("tolerance_px", "most"), [(1.0, 2.5), (4.0, 3.5)])
 def test_triangles_beside_the_real_method(ctx, alpine, tolerance_px, most):
     """Real patches are closer to the error. But they also cut cells between posts."""
-    known = bundled()["alpine"]
+    known = bundled()["alpine-30m"]
     heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
     with Renderer(heightmap, size=SIZE) as renderer:
         camera = Camera(alpine.eye, alpine.target, fov_deg=alpine.fov_deg)

@@ -56,7 +56,7 @@ def add_command(commands: Any, name: str, run: Callable[[argparse.Namespace], in
 def add_map(command: Any, optional: bool = False) -> None:
     """Add the argument MAP, and the options for reading its values."""
     names = ", ".join(bundled())
-    command.add_argument("map", metavar="MAP", nargs="?" if optional else None, help=f"heightmap file, or {names}")
+    command.add_argument("map", metavar="MAP", nargs="?" if optional else None, help=f"a file, or {names}")
     add_map_options(command)
 
 

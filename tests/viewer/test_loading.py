@@ -160,7 +160,7 @@ def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
     press(viewer, "escape")
     press(viewer, "ctrl+q")
     assert not viewer.window.closing and "not saved" in viewer.window.message
-    viewer.open("alpine")  # asked again
+    viewer.open("alpine-30m")  # asked again
     assert viewer.loader.job
     viewer.loader.cancel()
     press(viewer, "b")
@@ -170,7 +170,7 @@ def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
     assert "brush is still at work" in viewer.window.message
     viewer.mouse.release("left", 160, 150)
     settle(viewer)
-    viewer.open("alpine")
+    viewer.open("alpine-30m")
     assert not viewer.loader.job and "not saved" in viewer.window.message
     press(viewer, "ctrl+s")
     viewer.sculpting.save(viewer.sculpting.save_as)

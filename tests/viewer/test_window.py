@@ -269,7 +269,7 @@ def test_view_command(screen, tmp_path):
 
 def test_panels_in_a_window(screen, tmp_path):
     pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
-    command = ["-m", "terrain_gl", "view", "canyon", "--size", "640x480", "--fresh", "--json", "last.json"]
+    command = ["-m", "terrain_gl", "view", "canyon-15m", "--size", "640x480", "--fresh", "--json", "last.json"]
     with screen.running(*command, cwd=tmp_path) as process:
         screen.wait(lambda: 0 < screen.pixels()[14:40, 10:280].mean() < 60, "the panel's title")
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus")
@@ -306,7 +306,7 @@ def test_bad_arguments_give_one_line(screen, tmp_path, arguments, status, words)
 
 def test_without_a_display():
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    command = [sys.executable, "-m", "terrain_gl", "view", "canyon"]
+    command = [sys.executable, "-m", "terrain_gl", "view", "canyon-15m"]
     result = subprocess.run(command, env=environment, text=True, capture_output=True)
     assert (result.returncode, result.stdout, len(result.stderr.splitlines())) == (1, "", 1)
     assert "display" in result.stderr and "terrain-gl shot" in result.stderr

@@ -296,7 +296,7 @@ def main(folder, map_path=""):
     with tempfile.TemporaryDirectory() as made:
         if not map_path:
             map_path = Path(made) / "land.npy"
-            np.save(map_path, open_map("canyon")[0].heights)
+            np.save(map_path, open_map("canyon-15m")[0].heights)
         for size in SIZES:
             shots = Path(folder) / f"{size[0]}x{size[1]}"
             take(map_path, size, shots)

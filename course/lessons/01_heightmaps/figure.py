@@ -17,8 +17,8 @@ truth = load(Path(__file__).parent / "check.py")
 def alpine():
     """A part of the bundled map, and its spacing."""
     folder = Path(__file__).parents[3] / "heightmaps"
-    known = json.loads((folder / "maps.json").read_text())["alpine"]
-    heights = plt.imread(folder / "alpine.png")[300:540, 300:620] * 65535.0
+    known = json.loads((folder / "maps.json").read_text())["alpine-30m"]
+    heights = plt.imread(folder / "alpine-30m.png")[300:540, 300:620] * 65535.0
     return heights * known["z_scale"], (known["spacing_m"], known["spacing_m"])
 
 

@@ -50,7 +50,7 @@ def main(path):
         ax.plot(x, y, "C0o", markersize=4)
         ax.set(title=title, aspect="equal", xticks=[], yticks=[])
     levels = (1, 2, 3, 4, 5)
-    for name in ("alpine", "canyon"):
+    for name in ("alpine-30m", "canyon-15m"):
         axes[3].plot(levels, 100 * np.array(shares(bundled(name), levels)), "o-", label=name)
     axes[3].set(
         title="nodes with less error than a child", xlabel="level", ylabel="per cent", ylim=(0, None), xticks=levels

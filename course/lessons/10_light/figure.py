@@ -14,8 +14,8 @@ from terrain_gl import reference
 def alpine():
     """A part of the bundled map, and its spacing."""
     folder = Path(__file__).parents[3] / "heightmaps"
-    known = json.loads((folder / "maps.json").read_text())["alpine"]
-    return plt.imread(folder / "alpine.png")[300:813, 300:941] * 65535.0 * known["z_scale"], known["spacing_m"]
+    known = json.loads((folder / "maps.json").read_text())["alpine-30m"]
+    return plt.imread(folder / "alpine-30m.png")[300:813, 300:941] * 65535.0 * known["z_scale"], known["spacing_m"]
 
 
 def main(path):

@@ -27,7 +27,7 @@ def pruned(squares, price):
 def main(path):
     """Draw both curves."""
     folder = Path(__file__).parents[3] / "heightmaps"
-    known = json.loads((folder / "maps.json").read_text())["canyon"]
+    known = json.loads((folder / "maps.json").read_text())["canyon-15m"]
     heights = plt.imread(folder / known["file"])[128:385, 128:385] * 65535.0 * known["z_scale"]
     squares = budgets.tree_of(heights)
     posts = heights.size
