@@ -47,7 +47,8 @@ class ErrorTables:
         Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one
         table for each level, over tiles of nodes (`layout.Level.count_tile`).
     blocks
-        What each block of posts contributes to its node of each coarse level (glsl/error/coarse.glsl). Edits need it.
+        The contribution of each block of posts to its node, for each coarse level (glsl/error/coarse.glsl). Edits need
+        it.
     cuts
         How far each coarse node's edges may move when they are cut (glsl/error/cut.comp). Edits need it.
     """

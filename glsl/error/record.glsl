@@ -9,7 +9,7 @@ layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
 layout(std430, binding = 4) buffer Ranges { uint range[]; };
 
 #ifndef LEVEL
-#define LEVEL 2  // 1 or 2; 2 also stands for all higher ones
+#define LEVEL 2  // 1 or 2; 2 also means all higher levels
 #endif
 
 // Values of a node's parts that go into its own record: squared errors, range of heights, errors as fans, gains.

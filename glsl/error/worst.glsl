@@ -65,8 +65,8 @@ bool is_own(Node n, ivec2 place) {
     return all(lessThan(place, n.high - n.low + ivec2(equal(n.high, u_last_post))));
 }
 
-// Whether a cell of the node with data meets a post. If not, the node draws no land there. Of a post of its own it has
-// the error all the same: a post may stand alone among voids. Other posts belong to the land of its neighbours.
+// Whether a cell of the node that has data touches a post. If none does, the node draws no land at the post, and the
+// post belongs to the land of neighbours. But the node's own posts always count: a post may lie alone among voids.
 #ifdef NO_VOIDS
 bool meets_data(Node n, ivec2 place) { return true; }
 #else
@@ -121,7 +121,8 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
 }
 
 // The cells from place `low` up to place `end` that an edge of the mesh may cross: those on the diagonals of a square
-// node; of a node that the map's rim cuts off, all. Software renderers execute a branch for every cell, so the loop
+// node, and all cells of a node that the map's rim cuts off. Software renderers execute a branch for every cell, so the
+// loop
 // visits only these.
 void gather_cells(inout Worst w, Node n, CutEdges cuts, ivec2 low, ivec2 end) {
     bool square = is_square(n);

@@ -1,4 +1,4 @@
-// shade/wires.frag — the triangles' edges, to be blended over a picture in any style.
+// shade/wires.frag — the edges of triangles; they are blended over a picture in any style.
 
 #include "shade/drawn.glsl"
 

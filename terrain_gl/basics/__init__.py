@@ -1,4 +1,4 @@
-"""What every other module may use.
+"""Helpers that every other module may use.
 
 exceptions, inputs     errors of one line, and checks of input files
 rect, steps            rectangles of posts, and work in steps

@@ -110,7 +110,7 @@ def _voids(heightmap: Heightmap) -> np.ndarray:
 
 
 def _has_view(args: argparse.Namespace) -> bool:
-    """Whether the options ask for the mesh of a view."""
+    """Whether the options request the mesh of a view."""
     is_asked = args.method not in (None, _METHOD) or any(getattr(args, name) for name in _OF_VIEW)
     return not args.max_error_m and is_asked
 

@@ -275,7 +275,7 @@ def camera_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _first_view(args: argparse.Namespace, heightmap: Heightmap) -> Camera:
-    """A standard view of the relief as it is drawn."""
+    """A standard view of the relief, with its exaggeration."""
     factor = getattr(args, "exaggeration", None) or 1.0
     return standard_view(heightmap.exaggerated(factor), args.view or "default").over_exaggerated(1 / factor)
 

@@ -30,14 +30,14 @@ FEWEST_TRIANGLES = 10_000  # a view of a store may need more than a smaller budg
 
 
 def add_options(command: Any, needs_memory: tuple[str, ...] = (), pays_times: int = 1) -> None:
-    """Options of commands whose map may be a store.
+    """Add the options of commands whose map may be a store.
 
     Parameters
     ----------
     needs_memory
-        Options that the command has for maps in memory alone.
+        Options of the command that only work for maps in memory.
     pays_times
-        The command draws rasters from stores from so many times `PAYS_POSTS` on.
+        The command draws a raster from a store if it has at least this many times `PAYS_POSTS` posts.
     """
     command.set_defaults(needs_memory=needs_memory, pays_times=pays_times)
     group = command.add_argument_group("store")
@@ -115,18 +115,18 @@ def of_raster(
 
 
 def sample_meanwhile(args: argparse.Namespace, name: str) -> Heightmap | None:
-    """A coarse sample of a raster whose store is still to be made, to be shown meanwhile; None if there is none."""
+    """A coarse sample of a raster, to show while its store is made; None if no store must be made."""
     reading = reading_of(args)
     if not _pays(args, name) or _lacks(args) or not cache.is_possible() or cache.has(name, reading, args.spacing):
         return None
     try:
         return sample(name, reading, args.spacing)[0]
-    except TerrainError:  # GDAL reads no parts of it
+    except TerrainError:  # GDAL cannot read parts of it
         return None
 
 
 def _pays(args: argparse.Namespace, name: str) -> bool:
-    """Whether a map is a raster that is so large that its store pays, or is needed."""
+    """Whether a map is a raster for which a store saves time, or is needed."""
     if getattr(args, "no_cache", True) or not os.path.isfile(name):
         return False
     rows, cols = posts_of(name, reading_of(args))
@@ -134,7 +134,7 @@ def _pays(args: argparse.Namespace, name: str) -> bool:
 
 
 def may_be_held(heightmap: Heightmap) -> bool:
-    """Whether a map is the store of a raster that can be held in memory, too."""
+    """Whether a map is the store of a raster that could also be held in memory."""
     return heightmap.is_store and heightmap.opened is not None and not is_too_large(heightmap.rows, heightmap.cols)
 
 

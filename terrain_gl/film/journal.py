@@ -27,7 +27,7 @@ class FlightJournal:
     output
         A folder of pictures, or a film in parts; it may be missing.
     identity
-        JSON that is the same for the same pictures.
+        JSON that is equal for flights with equal pictures.
 
     Attributes
     ----------

@@ -40,7 +40,7 @@ class Keyframe:
     seconds
         The time from the start; None for constant speed.
     sun
-        Azimuth and elevation in degrees; None to keep the sun as it is.
+        Azimuth and elevation in degrees; None to leave the sun unchanged.
     """
 
     camera: Camera

@@ -1,4 +1,4 @@
-"""What the certificate assumes of a driver's tessellator: its triangles of a few patches are captured and checked.
+"""Check the certificate's assumptions about a driver's tessellator, on the captured triangles of a few patches.
 
 OpenGL leaves to the driver how it joins the vertices of a patch's edge with those inside. The bound of a cell whose
 edges are cut (docs/guarantee.md, section 3) holds if each triangle stays within one cell, and has new vertices on at
@@ -28,7 +28,7 @@ PATCHES = (  # segments of the edges u = 0, v = 0, u = 1, v = 1, and inside
 
 
 def wrong_pattern(ctx: moderngl.Context) -> Iterator[str]:
-    """Tessellate PATCHES on the GPU; yields what the bounds do not cover, in a few words."""
+    """Tessellate PATCHES on the GPU; yields each violation of an assumption, in a few words."""
     places = _captured(ctx, PATCHES)
     for number, (*edges, inside) in enumerate(PATCHES):
         wrong = next(faults_of(places[places[:, 0, 2] == number, :, :2], edges, inside), None)
@@ -38,9 +38,9 @@ def wrong_pattern(ctx: moderngl.Context) -> Iterator[str]:
 
 
 def faults_of(triangles: np.ndarray, edges: list[int], inside: int) -> Iterator[str]:
-    """What is wrong with a patch's triangles, (n, 3, 2) places in 64ths of its side."""
+    """The faults of a patch's triangles, (n, 3, 2) places in 64ths of its side."""
     (ax, ay), (bx, by), (cx, cy) = np.moveaxis(triangles, 0, -1)
-    areas = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)  # doubled
+    areas = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)  # twice the areas
     if (areas < 0).any() or areas.sum() != 2 * SIDE**2:
         yield "triangles that do not cover it once"
     if len(triangles) != 2 * (inside - 2) ** 2 + sum(edges) + 4 * (inside - 2):

@@ -121,7 +121,7 @@ class Lighting:
     def update(self, posts: Rect, moved: bool = True) -> None:
         """Follow an edit of posts, (x0, y0, x1, y1), after the sums of heights did.
 
-        `moved` is False if only the quantisation range changed and no height.
+        `moved` is False if no height changed, only the quantisation range.
         """
         if moved:
             self.visibility.update(posts)

@@ -25,7 +25,7 @@ CHEAPEST = 2.0**LOWEST_LOG2  # give the most triangles, and the fewest
 DEAREST = 2.0 ** (HIGHEST_LOG2 - 1)
 CLOSE = 0.985  # a mesh with at least this part of the budget is accepted
 UNCUT = 0.85  # the first target, as a part of the budget
-TRIES = 6  # after so many targets, the best mesh that fits is taken
+TRIES = 6  # after this many targets, the best mesh that fits is taken
 FINEST_PX_LOG2 = -8.0  # tolerances that are tried for the metric "max"
 COARSEST_PX_LOG2 = 20.0
 SURE_LOG2 = 1 / 64  # the tolerance is found to about one per cent
@@ -86,7 +86,7 @@ def smallest_tolerance(goal: Goal, select: Callable[[Goal], Selection]) -> Selec
         if too_fine is None or fits is None:
             at = min(at + 3.0, COARSEST_PX_LOG2) if fits is None else max(at - 3.0, FINEST_PX_LOG2)
         elif fits[0] - too_fine[0] <= SURE_LOG2:
-            at = fits[0]  # once more: the buffers hold the mesh that was tried last
+            at = fits[0]  # select this mesh again, because the buffers hold the mesh that was tried last
         else:
             share = (too_fine[1] - aim) / (too_fine[1] - fits[1])
             at = too_fine[0] + min(max(share, 0.1), 0.9) * (fits[0] - too_fine[0])

@@ -90,9 +90,9 @@ class QuadtreeSelector(OfPatches):
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
         root mean square of that error. With a tolerance of 0, every cell in the picture is drawn at full resolution.
 
-        With a number of triangles, the mesh has at most so many. With the metric "max" it is the mesh of the smallest
-        tolerance. With "rms" it minimises the sum of the squared screen errors of all posts in the picture, weighted
-        by `reference.post_weights`. Cells close to the eye become fans if that lowers the error between posts
+        With a number of triangles, the mesh has at most that many. With the metric "max", it is the mesh of the
+        smallest tolerance. With "rms", it minimises the sum of the squared screen errors of all posts in the picture,
+        weighted by `reference.post_weights`. Cells close to the eye become fans if that lowers the error between posts
         (`reference.cell_squares`).
         """
         if goal.triangles and goal.metric == "max":

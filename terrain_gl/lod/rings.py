@@ -87,9 +87,9 @@ class RingsSelector(OfPatches):
         """Choose the patches for a picture of `size` (width, height).
 
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
-        root mean square of that error. With a number of triangles, the mesh has at most so many. With the metric
-        "max" it is the mesh of the smallest tolerance; with "rms", among the meshes of the rings' squares, it
-        minimises the sum of squared screen errors, weighted by `reference.post_weights`.
+        root mean square of that error. With a number of triangles, the mesh has at most that many. With the metric
+        "max", it is the mesh of the smallest tolerance. With "rms", it is the mesh of the rings' squares that minimises
+        the sum of squared screen errors, weighted by `reference.post_weights`.
         """
         if goal.triangles and goal.metric == "max":
             return budget.smallest_tolerance(

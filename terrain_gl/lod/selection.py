@@ -16,14 +16,14 @@ INFINITE_PX = 9e29  # errors above this are infinite; a little below INFINITE_PX
 
 @dataclass(frozen=True)
 class Goal:
-    """What a mesh is chosen for: a tolerance, a number of triangles, or a baseline's own parameters.
+    """The goal of a mesh: a tolerance, a number of triangles, or a baseline's own parameters.
 
     Attributes
     ----------
     tolerance_px
-        The largest screen error, or root mean square, in pixels; in metres with `METRES`. 0 asks for every post.
+        The largest screen error, or root mean square, in pixels; in metres with `METRES`. With 0, every post is drawn.
     metric
-        What the tolerance bounds, or the budget minimises: one of `METRICS`, or `METRES`.
+        The error that the tolerance bounds, or that the budget minimises: one of `METRICS`, or `METRES`.
     cull
         Leave out patches outside the picture.
     triangles

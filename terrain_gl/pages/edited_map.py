@@ -1,7 +1,7 @@
 """An edited store: new heights over those on disk, in this process. The store itself is never written.
 
-    heights, each level    the edited posts of the level's lattice; NaN elsewhere, also where an edit was undone
-    records                of nodes: wide at once, exact when they are computed anew (edited_records.py)
+    heights    for each level: the edited posts of its lattice; NaN elsewhere, also where an edit was undone
+    records    of nodes: wide at once, exact when they are computed anew (edited_records.py)
 
 Each page has a version, which grows with every change. By it we know whether a thread read a page before an edit.
 One thread edits; any thread may read.

@@ -1,7 +1,7 @@
 """Threads that read pages, check them, and prepare them for the GPU. OpenGL belongs to another thread.
 
 Every view replaces the list of wanted pages. A page that is no longer on the list is not read, and is dropped if it has
-been read. A page that cannot be read is tried once more; then it counts as missing.
+been read. If a page cannot be read, it is tried a second time; after that it counts as missing.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ class PageSweep:
         bind("blocks/terrain.glsl", Terrain=self._block, u_heights=self._heights)
 
     def _sweep(self, towards: Direction, layer: int, cells: int) -> None:
-        """Horizons of the posts of a page of so many cells and its margin, in one azimuth."""
+        """Compute horizons in one azimuth, at the posts of a page of `cells` cells a side and of its margin."""
         low, high = (self._side - cells) // 2 - MARGIN, (self._side + cells) // 2 + MARGIN
         ahead, aside = towards if abs(towards[0]) >= abs(towards[1]) else towards[::-1]
         steps = (self._side - high, self._side - low) if ahead > 0 else (low, high)  # glsl/horizon/lines.glsl

@@ -108,8 +108,8 @@ def posts_with_data(shape: tuple[int, ...], level: int, void: np.ndarray | None)
     return seen[per_node(*node_axes(shape, level))]
 
 
-# A node draws land only over its cells with data. At a post that none of them meets, the land is its neighbours', and
-# so is the error. A post may also stand alone among voids: then the node that owns it has its error.
+# A node draws land only over its cells with data. If none of them touches a post, the land there belongs to neighbours,
+# and so does the error. But a post may lie alone among voids. So a node always has the errors of its own posts.
 
 
 def cells_with_data(shape: tuple[int, ...], level: int, void: np.ndarray | None) -> np.ndarray:

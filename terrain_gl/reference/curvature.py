@@ -1,6 +1,6 @@
 """lod, continued: the Earth is round, so land far away is drawn lower.
 
-R is the radius in effect, b = 1 / 2R the bend. Everything is drawn lower by a drop, the surface and the truth alike.
+R is the radius in effect, and b = 1 / 2R. The drawn surface and the truth are both lower by a drop.
 """
 
 from __future__ import annotations

@@ -238,7 +238,7 @@ def squared_errors(heights: np.ndarray, level: int, void: np.ndarray | None = No
 
 
 def _both(heights: np.ndarray, level: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Both ways to draw a quad, and both to draw a fan."""
+    """Errors for the two ways to draw a quad, and for the two ways to draw a fan."""
     return [quad_errors(heights, level), fan_errors(heights, level)]
 
 

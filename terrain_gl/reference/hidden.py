@@ -74,7 +74,7 @@ def horizon_around(
 
 
 def angle_off(error_px: float, focal_px: float) -> float:
-    """The largest angle, in radians, between two points of a picture that are so many pixels apart."""
+    """The largest angle, in radians, between two points of a picture that are `error_px` pixels apart."""
     return 2 * math.atan(error_px / (2 * focal_px))
 
 

@@ -214,7 +214,7 @@ Cuts = list[tuple[np.ndarray, np.ndarray]]  # for each level: nodes with a cut w
 def agree(
     splits: list[np.ndarray], cuts: Cuts, screens: list[Screen], shape: tuple[int, ...], tolerance_px: float
 ) -> bool:
-    """Let each leaf over tolerance ask for edges or for a split; grant all at once; return whether any asked."""
+    """Let each leaf over tolerance request edges or a split, then grant all requests; returns whether any asked."""
     asked = False
     edges = [split_edges(splits[level], *cuts[level]) for level in range(len(splits))]
     for level, exists in list(enumerate(existing(splits)))[1:]:

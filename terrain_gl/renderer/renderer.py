@@ -258,7 +258,7 @@ class Renderer:
 
     @in_session
     def choose(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
-        """Choose the mesh like `draw`, but draw no picture; returns the stats. `inspector` then knows that mesh."""
+        """Choose the mesh like `draw`, but draw no picture; returns the stats. `inspector` then has the mesh."""
         with self.timer.frame():
             frame = self.select(camera, self.size, RenderOptions(max_error_px, **options))
         self.inspector.frame = self._complete(frame)

@@ -202,7 +202,7 @@ class BuildJournal:
         return [task for task in of_source(self.job.pyramid) if self.results[task]["voids"]]
 
     def add(self, task: Task, result: dict[str, Any]) -> None:
-        """Note a finished task."""
+        """Write a finished task to the journal."""
         self.results[task] = result
         with open(self.folder / "done", "a", encoding="utf-8") as file:
             file.write(json.dumps([task, result]) + "\n")

@@ -134,7 +134,7 @@ def remove(entry: CachedStore) -> bool:
 
 
 def shrink(most_bytes: int | None = None) -> None:
-    """Remove stores until the others take at most so many bytes, by default `limit()`."""
+    """Remove stores until the others take at most `most_bytes`, by default `limit()`."""
     most = limit() if most_bytes is None else most_bytes
     kept = entries()
     total = sum(entry.bytes for entry in kept)

@@ -320,7 +320,7 @@ class Water(NamedTuple):
 
 
 def sea_of(heights: np.ndarray, rim: int) -> float | None:
-    """The height of the sea; None without.
+    """The height of the sea; None if the map has no sea.
 
     Parameters
     ----------

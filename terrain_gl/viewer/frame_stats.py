@@ -127,7 +127,7 @@ class History:
     records: deque[Record] = field(default_factory=lambda: deque(maxlen=FRAMES))
 
     def add(self, stats: dict[str, Any]) -> None:
-        """Note a frame."""
+        """Add a frame."""
         ms = {stage: stats["ms"].get(stage, 0.0) for stage in STAGES}
         bound_px = stats["certified_max_error_px"]
         drawable = bound_px is not None and math.isfinite(bound_px)  # a budget may have no finite bound
@@ -141,6 +141,6 @@ class History:
         return max((a + b for a, b in bounds if a is not None and b is not None), default=None)
 
     def add_measured(self, px: float) -> None:
-        """Note the achieved error of the last frame."""
+        """Add the achieved error of the last frame."""
         if self.records:
             self.records[-1].measured_px = px

@@ -35,7 +35,7 @@ class Station:
     name, says, asks
         Its title, its sentences, and its question.
     state
-        What the window shows: `state.apply`.
+        The state of the window: see `state.apply`.
     click
         The place whose patch is explained, as shares of the window from the upper left; None for none.
     """
@@ -84,7 +84,7 @@ class Lecture:
     Attributes
     ----------
     number
-        Which station is shown, from 0 on; None before the map is there.
+        Number of the shown station, from 0 on; None before the map is there.
     """
 
     def __init__(self, stations: list[Station], scene: Scene, painter: Painter, explainer: Explainer) -> None:
@@ -102,7 +102,7 @@ class Lecture:
         return None if self.number is None else self.stations[self.number]
 
     def begin(self) -> None:
-        """Show the first station, or after another map the same station again."""
+        """Show the first station. If another map was opened, show the same station again."""
         settings = self._scene.settings
         if self._before is None:
             self._before = replace(settings, sides=list(settings.sides))
@@ -116,14 +116,14 @@ class Lecture:
             self._show(min(max(self.number + steps, 0), len(self.stations) - 1), travels=True)
 
     def press(self, key: str) -> bool:
-        """Whether a key is one of the lecture's; then it goes on or back."""
+        """If a key belongs to the lecture, go to the next or previous station; returns whether it does."""
         if self.number is None or key not in (*NEXT, *BACK):
             return False
         self.go(1 if key in NEXT else -1)
         return True
 
     def end(self) -> None:
-        """Put the user's own choices back; the camera stays."""
+        """Restore the user's own choices; the camera stays."""
         self.number = None
         self._scene.frozen = None
         self._explainer.explanation = None

@@ -63,7 +63,7 @@ class LightBuilder:
                     image.result()
             finally:
                 for image in images:
-                    image.cancel()  # another look may be wanted before the thread gets to this one
+                    image.cancel()  # the user may choose another look before the thread reads this image
         yield from picture.light_steps(look)
 
     def release(self) -> None:

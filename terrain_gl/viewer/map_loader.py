@@ -141,7 +141,7 @@ class MapLoader:
         self._plain = None
 
     def map_shown(self, opened: Opened) -> None:
-        """Note that a map is now shown, without exaggeration."""
+        """Record that a map is now shown, without exaggeration."""
         self._plain = opened.heightmap
         self.refused = ""
 

@@ -48,7 +48,7 @@ class Pose:
     def beside(self, px: float, height: int) -> Pose:
         """The pose turned to the left, so that the middle of the picture is seen `px` further right on the same row.
 
-        `height` is that of the picture in pixels. A view that is almost straight down stays as it is.
+        `height` is the picture's height in pixels. A view that is almost straight down does not change.
         """
         right = px * math.tan(math.radians(0.5 * self.fov_deg)) / (0.5 * max(1, height))
         up = math.sin(math.radians(self.elevation_deg)) * math.hypot(1.0, right)

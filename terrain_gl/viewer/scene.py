@@ -106,7 +106,7 @@ class Scene:
 
     @property
     def in_memory(self) -> str:
-        """What to do about something that a store lacks."""
+        """Advice for the user on features that stores lack."""
         return "Hold in memory, under Map, has it" if self.raster_behind else "open its raster with --no-cache"
 
     @property
@@ -120,7 +120,7 @@ class Scene:
 
     @property
     def is_visible(self) -> bool:
-        """Whether there is a map, and a window with pixels to see it in."""
+        """Whether there is a map, and the window has pixels to show it."""
         return self.has_map and self.window.is_visible
 
     def replace_renderer(self, renderer: Renderer, is_preview: bool) -> Renderer | None:

@@ -1,4 +1,4 @@
-"""The tiles of a store in the window: whether they are still coming, and the message about missing ones."""
+"""The tiles of a store in the window: whether tiles are still coming, and the message about missing ones."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class StoreTiles:
 
     @property
     def text(self) -> str:
-        """What is being loaded."""
+        """A text on what is being loaded."""
         return f"loading: missing tiles: {len(self._missing):,}"
 
     @property

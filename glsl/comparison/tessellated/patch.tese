@@ -15,7 +15,7 @@ layout(quads, equal_spacing, cw) in;  // rows count to the south
 patch in uvec4 v_patch;
 
 // The end of the k-th of `steps` equal steps along an edge, in 64ths of a post.
-// With no more steps than posts, it is on a post.
+// If there are at most as many steps as posts, this is a post.
 int step_to(int k, int steps, int posts) {
     int whole = u_parts == 1 || steps <= posts ? 64 : 1, n = 64 / whole * posts;
     return (2 * k * n + steps) / (2 * steps) * whole;

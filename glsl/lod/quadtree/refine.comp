@@ -17,7 +17,7 @@ bool must_split(ivec2 at) {
     if (has_budget()) return split_pays(p, gain[node_index(u_which_level, at)], u_which_level, at);
     if (u_tolerance_px == 0.0) return true;
     PackedNode n = node_of(u_which_level, at);
-    // the fan's mean is never below the means of its children as quads; for the maximum that need not hold
+    // a fan's mean is never below the means of its children as quads; for the maximum this may be wrong
     float least_px = u_metric == METRIC_RMS ? best_fan_px(p, n) : min(best_fan_px(p, n), quad_px(p, n));
     return least_px > u_tolerance_px * STRICTER;
 }

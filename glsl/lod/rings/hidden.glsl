@@ -54,7 +54,7 @@ vec2 sector_direction(int sector) {
     return vec2(p.x * f.x - p.y * f.y, p.x * f.y + p.y * f.x);
 }
 
-// What the horizon must exceed to block a sight line of this slope: the slope of a line that is φ steeper.
+// Slope that the horizon must exceed to block a sight line of this slope: that of a line steeper by the angle φ.
 float horizon_needed(float slope) {
     float tan_off = u_tan_off + SLOPE_SLACK, level = 1.0 - slope * tan_off;
     return level > 0.0 ? (slope + tan_off) / level : NEVER;

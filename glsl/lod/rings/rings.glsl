@@ -117,7 +117,7 @@ bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_uni
 #define LEAF_GROUP 64  // leaves that one work group handles
 
 // Four parts of UNITS * u_most_blocks words: all leaves; the queue of even rounds; that of odd rounds; a stamp for each
-// leaf, which tells the last round that it was queued for. All stamps of earlier views are lower than u_first_stamp.
+// leaf: the last round for which it was queued. All stamps of earlier views are lower than u_first_stamp.
 layout(std430, binding = 5) buffer Lists { uint list[]; };
 
 int list_at(int which) { return which * UNITS * u_most_blocks; }
