@@ -22,7 +22,7 @@ from .state import apply, checked
 NEXT = "space", "right", "page down"
 BACK = "left", "page up"
 UNKNOWN = "…"  # a number that is not measured yet
-_NUMBERS = ("posts", "every", "triangles", "patches", "percent", "bound", "achieved", "cracks")
+_NUMBERS = ("posts", "every", "triangles", "patches", "percent", "bound", "achieved", "cracks", "hidden")
 _NAMES = (*_NUMBERS, *(f"{name}_right" for name in _NUMBERS[2:]))
 
 
@@ -172,6 +172,7 @@ class Lecture:
             numbers |= {
                 f"triangles{end}": f"{stats['triangles']:,}",
                 f"patches{end}": f"{stats['patches']:,}",
+                f"hidden{end}": f"{stats['patches_hidden']:,}",
                 f"percent{end}": f"{100 * stats['triangles'] / every:.2g} %",
                 f"bound{end}": "no bound" if bound_px is None else f"{bound_px:.3g} px",
                 f"cracks{end}": f"{stats['cracks']:,}" if "cracks" in stats else "no",

@@ -163,7 +163,7 @@ class Scene:
         if near_m := self.controller.near_m:
             changes["near_m"] = near_m
         if self.frozen:
-            changes |= {"chosen_for": self.frozen, "cull": False}
+            changes["chosen_for"] = self.frozen
         sides = [replace(side, **changes, **self._of_map(side)) for side in self.settings.sides]
         self.controller.bend_per_m = sides[0].seen(self.heightmap, self.controller.camera).bend_per_m
         return FrameSpec(self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider)

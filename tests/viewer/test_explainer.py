@@ -44,13 +44,14 @@ def test_a_click_explains_the_patch_and_a_drag_does_not(viewer):
     assert viewer.explainer.explanation is None
 
 
-def test_frozen_levels_stay_while_the_eye_goes_on(viewer):
+def test_the_frozen_mesh_stays_while_the_eye_goes_on(viewer):
+    """It is the whole mesh of the frozen eye: nothing outside its picture, nothing that a ridge hides from it."""
     viewer.settings.panel = False
     settle(viewer)
     viewer.settings.change(style="lod")
-    press(viewer, "l")
     settle(viewer)
     before = viewer.painter.frame.stats["triangles"]
+    press(viewer, "l")
     viewer.scene.controller.pose = Pose.of(Camera((-400.0, -500.0, 700.0), (550.0, 200.0, 150.0)))
     settle(viewer)
     assert viewer.painter.frame.stats["triangles"] == before and viewer.painter.frame.measured_px["max"] <= 1
