@@ -20,7 +20,7 @@ SHAPES = [(2, 2), (2, 7), (7, 2), (12, 19), (100, 300), (49, 2), (3, 1000), (65,
 HALF = 1 + 2.0**-10 + 2.0**-18  # a half's last place, rounded up, and the rounding of the bound's own arithmetic
 WIDER = 1 + 2.0**-17  # class limits, twice rounded
 MEAN_HALF = HALF + 2.0**-13  # sums of squares in float32
-ROUNDING = 2.0**-20  # what float32 may lose in a node's relief, in spans
+ROUNDING = 2.0**-16  # what float32 may lose in a node's relief, in spans: ROUNDING_AT_RIM of 2^-24
 SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², and some
 
 
@@ -118,7 +118,7 @@ def check_cut_edges(terrain, tables):
         assert (table.cut_max >= found.largest).all(), level
         assert (table.cut_max <= found.largest * HALF + 4 * ROUNDING * terrain.span_m).all(), level
         assert (table.cut_rms >= np.minimum(mean, found.largest)).all(), level
-        assert (table.cut_rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
+        assert (table.cut_rms <= mean * MEAN_HALF + (SQUARE_STEP + 4 * ROUNDING) * terrain.span_m).all(), level
 
 
 @pytest.mark.parametrize("alone", [False, True], ids=["", "a post alone"])
@@ -145,7 +145,7 @@ def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
         expected = reference.cut_moves(terrain.filled, level)
         nodes = expected[0, 0].size
         expected = expected.reshape(4, 2, nodes).transpose(2, 0, 1)
-        assert moves[first : first + nodes] == pytest.approx(expected, rel=1e-4, abs=1e-3)
+        assert moves[first : first + nodes] == pytest.approx(expected, rel=1e-4, abs=ROUNDING * terrain.span_m)
         first += nodes
     assert first == len(moves) > 10 and moves.max() > 1
 
@@ -160,7 +160,7 @@ def check_tables(terrain, tables):
         assert (table_max >= max_m).all(), level
         assert (table_rms >= np.minimum(rms_m, max_m)).all(), level
         assert (table_max <= max_m * HALF + ROUNDING * span).all(), level
-        assert (table_rms <= rms_m * MEAN_HALF + SQUARE_STEP * span).all(), level
+        assert (table_rms <= rms_m * MEAN_HALF + (SQUARE_STEP + ROUNDING) * span).all(), level
 
 
 @pytest.mark.parametrize("voids", [False, True], ids=["solid", "voids"])

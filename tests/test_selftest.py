@@ -25,6 +25,7 @@ WRONG = {  # what a driver might do: in the kernel's text, and what is said
         "declared precise",
     ),
     "a coarse quotient": ("o.x / o.w", "o.x * 1.00001 / o.w", "computes quotients"),
+    "a reciprocal off by one": ("o.x / o.w", "o.x / o.w * (1.0 + exp2(-23.0))", "powers of two that are not exact"),
     "a coarse power": ("exp2(-o.w)", "exp2(-o.w) * 1.00001", "computes powers of two"),
     "no root": ("sqrt(o.w)", "0.0 / (o.w - o.w)", "computes square roots"),
     "fewer segments": ("= v_inside[0].x", "= max(2.0, 0.5 * v_inside[0].x)", "another number of triangles"),

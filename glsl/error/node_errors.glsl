@@ -21,12 +21,19 @@ struct Node {
     float base_m;
     vec2 before, after;    // posts from the corner to the centre, and from there to the far corner
     vec2 per_before, per_after, per_side;  // their reciprocals, and that of their sum
-    float rounding_m;      // bound of rounding errors: a few units in the last place of the node's relief
+    float rounding_m;      // bound of rounding errors, beside 2^-19 of an error: docs/precision.md, section 3
 };
 
 #ifndef WHOLE_NODES  // true: only nodes that the map's rim does not cut off. Then a node's shape is a constant.
 #define WHOLE_NODES false
 #endif
+
+// Whether diagonals run through posts: not if the map's rim cuts the node off.
+bool is_square(Node n) { return n.before == n.after && n.before.x == n.before.y; }
+
+// Reciprocals of a square node's sides are powers of two, so its weights are exact.
+#define ROUNDING 16.0
+#define ROUNDING_AT_RIM 256.0
 
 Node node_at(int level, ivec2 at) {
     Node n;
@@ -48,7 +55,8 @@ Node node_at(int level, ivec2 at) {
     n.per_after = 1.0 / max(n.after, 1.0);
     n.per_side = 1.0 / (n.before + n.after);
     vec3 top = max(max(abs(n.h[0]), abs(n.h[1])), abs(n.h[2]));
-    n.rounding_m = max(max(top.x, top.y), top.z) * exp2(-20.0);
+    float roundings = WHOLE_NODES || is_square(n) ? ROUNDING : ROUNDING_AT_RIM;
+    n.rounding_m = max(max(top.x, top.y), top.z) * roundings * exp2(-24.0);
     return n;
 }
 
@@ -97,9 +105,6 @@ vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge) {
     return wedge_errors_m(n, axis, edge, min(w.x, w.y), d[axis], h);
 }
 
-// Whether diagonals run through posts: not if the map's rim cuts the node off.
-bool is_square(Node n) { return n.before == n.after && n.before.x == n.before.y; }
-
 // A finer neighbour cuts an edge: the edge gets more vertices, which are posts. Move has the largest distances by which
 // they lie above and below the straight line between the edge's ends.
 struct Move { float above_m, below_m; };
@@ -119,7 +124,7 @@ Move cut_edge_m(Node n, int side) {
         float off = height_m(post) - n.base_m - from - rise * float(i);
         most = max(most, vec2(off, -off));
     }
-    most = most * (1.0 + exp2(-20.0)) + n.rounding_m;
+    most = most * (1.0 + exp2(-19.0)) + n.rounding_m;
     return Move(most.x, most.y);
 }
 

@@ -33,7 +33,7 @@ uint half_up(float x) {
 }
 
 uint pack_pair(vec2 e_m) {
-    vec2 e = e_m / error_unit_m() * (1.0 + exp2(-22.0));
+    vec2 e = e_m / error_unit_m() * (1.0 + exp2(-20.0));
     return half_up(e.x) | half_up(e.y) << 16;
 }
 

@@ -30,7 +30,7 @@ def unpack_pair(words: np.ndarray) -> np.ndarray:
 
 
 def _half_up(values: np.ndarray) -> np.ndarray:
-    values = np.where(values > 0, np.maximum(values * (1 + 2.0**-22), ERROR_UNIT), 0.0)
+    values = np.where(values > 0, np.maximum(values * (1 + 2.0**-20), ERROR_UNIT), 0.0)
     halves = values.astype(np.float16)
     bits = halves.view(np.uint16)
     return np.where(halves.astype(np.float64) < values, bits + 1, bits)

@@ -24,6 +24,7 @@ PHASES = ("reduce", "scan", "propagate")  # of prefix sums: glsl/sat
 STRIP = 4  # words that one thread of a phase adds up
 SIZES = ((64, 64), (300, 1), (1, 300))  # columns and rows: for the last, zink may take the loop bound of the first
 OPERANDS = 256
+POWERS = 8  # of two, from 1/8 to 16
 QUOTIENT = 3 * 2.0**-23  # largest relative error: GLSL allows 2.5 units in the last place
 POWER = 2.0**-19  # class limits are compared with a slack of 2^-18
 ROOT = 2.0**-20
@@ -96,10 +97,15 @@ def _sum_lines(ctx: moderngl.Context, kernels: list[moderngl.ComputeShader], **l
 
 
 def _operands() -> np.ndarray:
-    """Operands x, y, z, w: z is almost −x y, so that x y + z shows whether x y was rounded. w is in [1/8, 16]."""
+    """Operands x, y, z, w: z is almost −x y, so that x y + z shows whether x y was rounded. w is in [1/8, 16].
+
+    The first ones have 1 for x and a power of two for w.
+    """
     rng = np.random.default_rng(1)
     x, y = (rng.uniform(1, 2, (2, OPERANDS)) * 2.0 ** rng.integers(-3, 4, (2, OPERANDS))).astype("f4")
-    return np.stack([x, y, -x * y, np.exp2(rng.uniform(-3, 4, OPERANDS)).astype("f4")], -1)
+    w = np.exp2(rng.uniform(-3, 4, OPERANDS)).astype("f4")
+    x[:POWERS], w[:POWERS] = 1.0, np.exp2(np.arange(-3, 5))
+    return np.stack([x, y, -x * y, w], -1)
 
 
 def _wrong_operations(ctx: moderngl.Context) -> Iterator[str]:
@@ -124,3 +130,5 @@ def _wrong_operations(ctx: moderngl.Context) -> Iterator[str]:
     for (name, most), error in zip(limits.items(), off, strict=True):
         if not error <= most:
             yield f"this driver computes {name} with a relative error of {error:.1e}, more than {most:.1e}"
+    if (got[:POWERS, 3] != 1 / w[:POWERS]).any():
+        yield "this driver computes reciprocals of powers of two that are not exact"
