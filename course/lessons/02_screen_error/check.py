@@ -63,24 +63,27 @@ def tolerance(student, rng):
             fits = np.maximum(*(moved_px(p, v, focal_px, sign * middle) for sign in (-1, 1))) <= error_px
             low, high = np.where(fits, middle, low), np.where(fits, high, middle)
         got = student.tolerance_m(p, v, focal_px, error_px)
-        yield compare(
-            f"{error_px:g} pixels, a camera that looks {'up' if looks > 0 else 'down'}",
-            got,
-            low,
-            1e-3 * low.max(),
-            ("point",),
-        )
+        title = f"{error_px:g} pixels, a camera that looks {'up' if looks > 0 else 'down'}"
+        yield compare(title, got, low, 1e-3 * low.max(), ("point",))
+        yield at_most(f"{title}: no point may move farther", got, low, ("point",))
 
 
 @task("2.3 the bound of a box", points=4)
 def bound(student, rng):
-    """No sampled point moves farther, and the bound is as tight as the corners allow."""
-    axes, focal_px, extent = view(rng)
+    """No sampled point moves farther, and the bound is as tight as the corners allow; also if the camera looks up."""
+    for looks in (-1, 1):
+        yield from bounds_of(student, rng, looks)
+
+
+def bounds_of(student, rng, looks):
+    """Small and large boxes."""
+    name = "a camera that looks up" if looks > 0 else "a camera that looks down"
+    axes, focal_px, extent = view(rng, looks)
     v, bounds, worst, reference_px = axes[:, 2], [], [], []
     picture = reference.Pinhole(np.zeros(3), axes, focal_px, extent, 1.0)
     while len(bounds) < 60:
         middle = axes.T @ (points(rng, extent, 5)[:, 4] * rng.uniform(0.3, 1))
-        size = rng.uniform(0.02, 0.3, 3) * np.linalg.norm(middle)
+        size = 0.6 * 10 ** rng.uniform(-1.5, 0, 3) * np.linalg.norm(middle)
         low, high = middle - size / 2, middle + size / 2
         found = reference.project_boxes(picture, low, high)
         error_m = float(rng.uniform(0.001, 0.3) * found.nearest_m)
@@ -93,5 +96,5 @@ def bound(student, rng):
         bounds.append(student.bound_px(corners, v, focal_px, error_m))
         worst.append(max(moved))
         reference_px.append(reference.error_px(picture, found, np.array(error_m), np.array(error_m)))
-    yield at_least("no point of the box moves farther", bounds, worst, ("box",))
-    yield at_most("the bound is tight", bounds, 1.05 * np.array(reference_px, float), ("box",))
+    yield at_least(f"{name}: no point of the box moves farther", bounds, worst, ("box",))
+    yield at_most(f"{name}: the bound is tight", bounds, 1.05 * np.array(reference_px, float), ("box",))

@@ -55,8 +55,9 @@ def cell_errors(student, rng):
 
 @task("5.4 errors are not nested", points=1)
 def share_below(student, rng):
-    """On land, and on noise."""
-    for name, heights in (("land", map_of(rng)), ("noise", rng.normal(0, 5, (33, 41)))):
+    """On land, on noise, and on a plain, where a node is as good as its children."""
+    plain = spike(np.zeros((33, 33)), rng)
+    for name, heights in (("land", map_of(rng)), ("noise", rng.normal(0, 5, (33, 41))), ("a plain", plain)):
         fine, coarse = true_quads(heights, 1), true_quads(heights, 2)
         children = reference.max_children(fine, coarse.shape)
         yield compare(name, student.share_below(coarse, fine), float((coarse < children).mean()))

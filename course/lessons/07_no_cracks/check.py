@@ -32,6 +32,13 @@ def broken(rng, size=16):
     return vertices, np.array(triangles), places
 
 
+def turned(vertices, rng):
+    """The same mesh, turned about the vertical: its coordinates are not exact any more."""
+    angle = rng.uniform(0.1, 1.4)
+    x, y, z = vertices.T
+    return np.column_stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle), z])
+
+
 def true_open(triangles):
     """Edges used once, by counting."""
     uses = {}
@@ -52,15 +59,17 @@ def open_edges(student, rng):
     """A whole mesh has them on its rim alone; a broken one inside as well."""
     for name in ("a broken mesh", "another one"):
         _, triangles, _ = broken(rng)
-        turned = np.array([np.roll(t, rng.integers(0, 3)) for t in triangles])
-        want = np.array(true_open(turned))
-        yield compare(name, student.open_edges(turned), want, axes=("edge", "end"))
+        rolled = np.array([np.roll(t, rng.integers(0, 3)) for t in triangles])
+        want = np.array(true_open(rolled))
+        yield compare(name, student.open_edges(rolled), want, axes=("edge", "end"))
 
 
 @task("7.2 weld", points=2)
 def weld(student, rng):
-    """Every triangle has vertices of its own, which rounding has moved apart."""
+    """Every triangle has vertices of its own, which rounding has moved apart; a second mesh hangs above the first."""
     vertices, triangles, _ = broken(rng)
+    triangles = np.concatenate([triangles, triangles + len(vertices)])
+    vertices = np.concatenate([vertices, vertices + [0, 0, 50]])
     own = vertices[triangles.ravel()] + rng.uniform(-1, 1, (triangles.size, 3)) * 1e-5
     order = rng.permutation(triangles.size)
     place = np.empty(triangles.size, int)
@@ -75,8 +84,9 @@ def weld(student, rng):
 
 @task("7.3 vertices on an edge", points=2)
 def on_edge(student, rng):
-    """Along open edges, from either end."""
+    """Along open edges, from either end; none runs along an axis, and beside each stands a vertex that is not on it."""
     vertices, triangles, places = broken(rng)
+    vertices = turned(vertices, rng)
     asked = [edge for edge in true_open(triangles)][:60]
     for i, (a, b) in enumerate(asked):
         a, b = (a, b) if i % 2 else (b, a)
@@ -89,7 +99,11 @@ def on_edge(student, rng):
             and 0 < (r - p) @ (q - p) < (q - p) @ (q - p)
         ]
         want = np.array(sorted(inside, key=lambda k: (places[k] - p) @ (q - p)), int)
-        yield compare(f"the edge from {a} to {b}", student.on_edge(vertices, a, b), want, axes=("place",))
+        x, y, _ = vertices[b] - vertices[a]
+        beside = (vertices[a] + vertices[b]) / 2 + 1e-3 * np.array([-y, x, 0])
+        yield compare(
+            f"the edge from {a} to {b}", student.on_edge(np.vstack([vertices, beside]), a, b), want, axes=("place",)
+        )
 
 
 def area(places, triangles):
@@ -104,7 +118,7 @@ def repair(student, rng):
     """Every edge inside is shared by two triangles, and the map is covered once."""
     for name in ("a broken mesh", "another one"):
         vertices, triangles, places = broken(rng)
-        got = np.asarray(student.repair(vertices, triangles))
+        got = np.asarray(student.repair(turned(vertices, rng), triangles))
         sane = (
             got.ndim == 2
             and got.shape[1] == 3

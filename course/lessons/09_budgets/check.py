@@ -118,7 +118,7 @@ def true_greedy(squares, triangles):
 def greedy(student, rng):
     """The gain decides, not the error."""
     for name, squares in trees(rng).items():
-        for triangles in (2, 60, 301):
+        for triangles in (2, 62, 301):  # 62 triangles can be had, 301 cannot
             got, want = student.greedy(squares, triangles), true_greedy(squares, triangles)
             found = true_totals(squares, got)
             yield holds(f"{name}, {triangles} triangles", found is not None, NO_TREE)
@@ -147,7 +147,8 @@ def budget(student, rng):
     for name, squares in trees(rng).items():
         best = least_errors(squares)
         chosen = hull(best)
-        for triangles in (2, 30, 100, 333, 1000):
+        exactly = 2 * chosen[len(chosen) // 2][0]  # a number that a price can make
+        for triangles in (2, 30, 100, 333, 1000, exactly):
             found = true_totals(squares, student.budget(squares, triangles))
             title = f"{name}, {triangles} triangles"
             yield holds(title, found is not None, NO_TREE)
