@@ -25,7 +25,7 @@ from ..files.furniture import stamp
 from ..film.path import CameraPath, FlightFrame
 from ..store import is_store
 from ..store.scheduling import scheduler
-from . import furniture, options
+from . import furniture, options, overlays
 
 OF_FLIGHT = (
     *("method", "metric", "certified_metric", "requested_max_error_px", "width", "height"),
@@ -92,7 +92,8 @@ class Drawing:
         keys = OF_FRAME + (MEASURED if args.measure else ())
         numbers = {"eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
         image = frame.image[..., :3]
-        stamp(image, 0, furniture.of(args, self._heightmap, pose.camera))
+        names = overlays.names(args, self._renderer.labels())
+        stamp(image, 0, [*names, *furniture.of(args, self._heightmap, pose.camera)])
         numbers["sees_land"] = self._renderer.picture.sees_land()
         return Drawn(image, numbers, {key: stats[key] for key in OF_FLIGHT})
 

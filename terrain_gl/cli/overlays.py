@@ -6,13 +6,16 @@ import argparse
 import os
 from typing import Any
 
-from ..basics.exceptions import UsageError
+from ..basics.exceptions import TerrainError, UsageError
+from ..files.furniture import Stamp, name_stamps
 from ..heightmap import Heightmap
 from ..light.laid import holds_values, is_albedo
 from ..renderer.draped import is_on_map
-from ..renderer.overlay import Overlay, read_overlay
+from ..renderer.names import Label
+from ..renderer.overlay import LABEL, Overlay, read_overlay
 from . import report
 
+NO_LABELS = "none"
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
 
 
@@ -20,6 +23,8 @@ def add(command: Any) -> None:
     """Declare `--overlay`."""
     what = "over the land: GeoJSON, GPX, KML, a picture or values"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
+    what = f"the property of a point that is written beside it; none: no text (default: {LABEL})"
+    command.add_argument("--labels", metavar="PROPERTY", default=LABEL, help=what)
 
 
 def lay_pictures(args: argparse.Namespace) -> None:
@@ -51,12 +56,23 @@ def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> 
     TerrainError
         A file has no lines or points, or its coordinates cannot be converted to the map's.
     """
-    laid = tuple(read_overlay(path, heightmap) for path in args.overlay)
+    laid = tuple(read_overlay(path, heightmap, args.labels) for path in args.overlay)
+    if args.labels == NO_LABELS:
+        laid = tuple(overlay._replace(names=()) for overlay in laid)
     for path, overlay in zip(args.overlay, laid, strict=True):
         if not silent and not is_on_map(overlay, heightmap):
             has = "lies off the map" if overlay.lines or len(overlay.points) else "has no lines and no points"
             report.note(f"{report.shown(path)}: {has}, so nothing of it is drawn")
     return laid
+
+
+def names(args: argparse.Namespace, seen: list[Label]) -> list[Stamp]:
+    """Names of points to draw over a picture of `args.size`; none, and a note, if there is no font."""
+    try:
+        return name_stamps(args.size, seen)
+    except TerrainError as error:
+        report.note(f"no names beside points: {error}")
+        return []
 
 
 def tell_unseen(args: argparse.Namespace, heightmap: Heightmap, laid: tuple[Overlay, ...], samples: list[int]) -> None:

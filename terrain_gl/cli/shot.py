@@ -15,6 +15,7 @@ from ..camera.pieces import LARGEST, Piece
 from ..files.furniture import stamp
 from ..image import FORMATS, Rows, writing_image
 from ..renderer import Renderer
+from ..renderer.names import Label
 from . import against, effects, furniture, options, overlays, report, stores
 
 MOST_PIXELS = 2**32
@@ -70,15 +71,17 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
     rows = np.empty((0, width, 4))
     sees_land = False
     stamps = [] if exact else furniture.of(args, scene.heightmap, scene.camera)
+    seen: list[Label] = []
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:
         nonlocal rows, sees_land
         sees_land = sees_land or renderer.picture.sees_land()
+        seen.extend([] if exact else renderer.labels())
         if piece.corner[0] == 0:
             rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels
         if piece.cols.stop == width:
-            stamp(rows, piece.rows.start, stamps)
+            stamp(rows, piece.rows.start, [*overlays.names(args, seen), *stamps])
             write(rows)
 
     steps = renderer.draw_steps(

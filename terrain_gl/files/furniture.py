@@ -1,8 +1,9 @@
-"""Furniture of a printed map: title, north arrow, scale bar and legend, drawn over the rows of a picture."""
+"""Furniture of a printed map, drawn over the rows of a picture: title, north arrow, scale bar, legend and names."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -63,6 +64,33 @@ def furniture(
         height, width = legend.pixels.shape[:2]
         stamps.append(legend._replace(left=size[0] - gap - width, top=size[1] - gap - height))
     return stamps
+
+
+def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float]]) -> list[Stamp]:
+    """Names, each at the lower right of its column and row; one that would cover an earlier one is left out.
+
+    Raises
+    ------
+    TerrainError
+        There is no font.
+    """
+    px = max(9, round(14 * max(1.0, size[1] / 720)))
+    stamps: list[Stamp] = []
+    for words, column, row in names:
+        made = _panel(_line(words, px), (round(column + 0.4 * px), round(row + 0.4 * px)), px // 2)
+        if not any(_overlap(made, other) for other in stamps):
+            stamps.append(made)
+    return stamps
+
+
+def _overlap(one: Stamp, other: Stamp) -> bool:
+    return all(
+        mine < theirs + there and theirs < mine + here
+        for mine, here, theirs, there in (
+            (one.left, one.pixels.shape[1], other.left, other.pixels.shape[1]),
+            (one.top, one.pixels.shape[0], other.top, other.pixels.shape[0]),
+        )
+    )
 
 
 def stamp(rows: np.ndarray, first: int, stamps: list[Stamp]) -> None:

@@ -18,6 +18,8 @@ from ..readers.place import to_degrees
 from . import tracks
 
 MAX_BYTES = 1 << 28  # largest file
+LABEL = "name"  # the property of a point that is its name
+LONGEST_NAME = 60  # characters
 _DEEPEST = 10  # most collections inside each other
 
 
@@ -30,13 +32,16 @@ class Overlay(NamedTuple):
         Columns and rows of each line, (n, 2).
     points
         Columns and rows of all points, (m, 2).
+    names
+        The names of the points, "" for those without one; or none at all.
     """
 
     lines: tuple[np.ndarray, ...]
     points: np.ndarray
+    names: tuple[str, ...] = ()
 
 
-def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
+def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overlay:
     """Place lines and points on a map.
 
     Parameters
@@ -46,6 +51,8 @@ def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
         such as a GeoDataFrame or a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless it has a member "crs".
         Objects are in their `crs`; without one, in the map's own coordinates; if the map has none, in metres from its
         south-west post.
+    label
+        The property of a point that is its name.
 
     Raises
     ------
@@ -54,12 +61,13 @@ def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
     """
     name, content, crs = _loaded(source)
     try:
-        shapes = list(_shapes(content))
-        lines = [shape for shape in shapes if shape.ndim == 2 and len(shape) > 1]
-        points = [shape[None] if shape.ndim == 1 else shape for shape in shapes if shape.ndim == 1 or len(shape) == 1]
+        shapes = list(_shapes(content, label))
+        lines = [shape for shape, _ in shapes if shape.ndim == 2 and len(shape) > 1]
+        points = [(shape.reshape(1, 2), name) for shape, name in shapes if shape.ndim == 1 or len(shape) == 1]
         return Overlay(
             tuple(_posts(line, crs, heightmap, is_line=True) for line in lines),
-            _posts(np.concatenate([*points, np.zeros((0, 2))]), crs, heightmap, is_line=False),
+            _posts(np.concatenate([*(at for at, _ in points), np.zeros((0, 2))]), crs, heightmap, is_line=False),
+            tuple(name for _, name in points),
         )
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise TerrainError(f"{name}: has no lines and points that can be read: {_reason(error)}") from None
@@ -115,22 +123,29 @@ def _crs_of(content: Any) -> Any:
     return named or DEGREES
 
 
-def _shapes(content: Any, depth: int = 0) -> Iterator[np.ndarray]:
-    """The lines (n, 2) and points (2,) of a GeoJSON object."""
+def _shapes(content: Any, label: str, name: str = "", depth: int = 0) -> Iterator[tuple[np.ndarray, str]]:
+    """The lines (n, 2) and points (2,) of a GeoJSON object, each with its name."""
     if depth > _DEEPEST:
         raise ValueError("too many collections inside each other")
     kind = content["type"]
     if kind in ("FeatureCollection", "GeometryCollection"):
         for part in content["features" if kind == "FeatureCollection" else "geometries"]:
-            yield from _shapes(part, depth + 1)
+            yield from _shapes(part, label, name, depth + 1)
     elif kind == "Feature":
         if content["geometry"]:
-            yield from _shapes(content["geometry"], depth + 1)
+            yield from _shapes(content["geometry"], label, _name_in(content, label), depth + 1)
     else:
         nested = {"Point": 0, "MultiPoint": 1, "LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2}
         if kind not in nested:
             raise ValueError(f"type {str(kind)[:40]!r}")
-        yield from _unpacked(content["coordinates"], nested[kind])
+        yield from ((shape, name) for shape in _unpacked(content["coordinates"], nested[kind]))
+
+
+def _name_in(feature: Any, label: str) -> str:
+    """A property of a feature in one line of text; "" if it has none."""
+    properties = feature.get("properties")
+    name = properties.get(label) if isinstance(properties, Mapping) else None
+    return "" if name is None else " ".join(str(name).split())[:LONGEST_NAME]
 
 
 def _unpacked(coordinates: Any, nested: int) -> Iterator[np.ndarray]:

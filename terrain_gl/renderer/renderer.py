@@ -42,6 +42,7 @@ from .frame import DrawnFrame, Frame
 from .gpu_resources import GpuResources
 from .inspector import Inspector
 from .methods import Selectors
+from .names import Label, labels_seen
 from .options import RenderOptions, near_plane_m
 from .overlay import Overlay
 
@@ -105,6 +106,7 @@ class Renderer:
         self.editor = Editor(self.resources, self.forget)
         self.overlays: tuple[Overlay, ...] = ()
         self._laid = self.session.keep(OverlayLines(self.ctx))
+        self._drawn: tuple[Camera, float, Piece] | None = None  # the view of the last piece, and its near plane
         self._size = size
         self.build_steps = self.resources.build_steps(heightmap, size)
         if build:
@@ -314,6 +316,13 @@ class Renderer:
         """The drawn height of the last frame at a place in world metres; NaN where nothing is drawn."""
         return self.inspector.drawn_height_at(x, y)
 
+    @in_session
+    def labels(self, overlays: tuple[Overlay, ...] | None = None) -> list[Label]:
+        """The names of points in the last picture that no land hides; `overlays`: of others than the renderer's own."""
+        if self._drawn is None:
+            return []
+        return labels_seen(self.overlays if overlays is None else overlays, self.picture, *self._drawn)
+
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables are updated. See `Editor.edit`."""
         self.editor.edit(rows, cols, heights, settle)
@@ -363,6 +372,7 @@ class Renderer:
             yield 0.3 + 0.7 * share
         if self.overlays:
             self._laid.draw(self.overlays, self.picture, frame.eye, piece)
+        self._drawn = frame.eye, frame.near_m, piece
 
     def _complete(self, frame: DrawnFrame) -> DrawnFrame:
         """Give a frame its stats."""

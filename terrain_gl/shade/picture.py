@@ -337,6 +337,10 @@ class Picture:
         """Whether any sample of the last picture sees the map."""
         return bool((self.sky_share() < 1).any())
 
+    def depths(self) -> np.ndarray:
+        """Near plane over view depth, of each pixel's furthest sample: (height, width) float32, first row on top."""
+        return self.note("shade/furthest.frag", 1, "f4")[..., 0]
+
     def places(self) -> np.ndarray:
         """Column and row that each sample sees: (samples, height, width, 2) float32, first row on top; sky negative."""
         return np.stack([self.note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])

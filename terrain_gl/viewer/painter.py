@@ -20,7 +20,9 @@ import moderngl
 
 from ..basics.steps import Steps
 from ..renderer import Renderer
+from ..renderer.names import Label
 from ..renderer.options import LOOSEST_PX, RenderOptions
+from ..renderer.overlay import Overlay
 from ..verify.measure import Achieved
 from .canvas import Canvas
 from .frame_budget import FULL, FrameBudget, Way
@@ -52,6 +54,10 @@ class Painter:
         The specification of the picture on the canvas; None if that is out of date.
     has_picture
         Whether the canvas shows anything.
+    overlays
+        The overlays of the map, for their names.
+    labels
+        The names of points in the last picture that no land hides, with columns and rows of the window.
     """
 
     def __init__(self, ctx: moderngl.Context, budget: FrameBudget) -> None:
@@ -64,6 +70,8 @@ class Painter:
         self.side_measured: list[dict[str, float]] = []
         self.drawn: FrameSpec | None = None
         self.has_picture = False
+        self.overlays: tuple[Overlay, ...] = ()
+        self.labels: list[Label] = []
         self._asked: FrameSpec | None = None
         self._asked_s = self._drawn_s = self._told_s = float("-inf")
         self._unripe_s: float | None = None  # time from which on tiles in the picture get light
@@ -225,6 +233,8 @@ class Painter:
         self.has_picture = True
         self.frame.stats = stats[0]
         self.frame.way = way
+        across, down = (n / own for n, own in zip(spec.size, renderer.picture.size, strict=True))
+        self.labels = [Label(name, across * x, down * y) for name, x, y in renderer.labels(self.overlays)]
         self.frame.measured_px = None
         self.side_measured = []
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk

@@ -31,6 +31,7 @@ NARROW_EM = 11.0  # a side of a split picture that is narrower has no legend
 MARGIN = 10.0  # around the panel, in units of length
 _ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
 _RECORDING = (1.0, 0.45, 0.40, 1.0)
+_INK, _PAPER = (1.0, 1.0, 1.0, 1.0), (0.08, 0.09, 0.11, 0.6)  # of names: those of files/furniture.py
 _ABOUT = {
     "Map": "Which map is shown, and its scale.",
     "Detail": "How fine the mesh is.",
@@ -109,6 +110,7 @@ class Panels:
     def build(self, ui: Widgets) -> None:
         """Build all panels of this frame."""
         size = self._viewer.window.size
+        self._names(ui)
         if self._shows_panel(ui, size):
             self._panel(ui, size)
         middle = self._free_middle(ui, size)
@@ -129,6 +131,17 @@ class Panels:
             self._explanations(ui, size)
             if not self._shows_panel(ui, size):
                 self._legend_alone(ui, size)
+
+    def _names(self, ui: Widgets) -> None:
+        """The names of points, over the picture and behind all panels."""
+        imgui = ui.imgui
+        draw = imgui.get_background_draw_list()
+        ink, paper = (imgui.color_convert_float4_to_u32(colour) for colour in (_INK, _PAPER))
+        for name, x, y in self._viewer.painter.labels:
+            left, top = x + 0.4 * ui.em, y + 0.4 * ui.em
+            width, height = imgui.calc_text_size(name)
+            draw.add_rect_filled((left - 0.2 * ui.em, top), (left + width + 0.2 * ui.em, top + height), paper)
+            draw.add_text((left, top), ink, name)
 
     def status_alone(self, ui: Widgets) -> None:
         """Build only the window with messages, because the others cannot be built."""

@@ -151,6 +151,7 @@ class Viewer:
         name = Path(opened.heightmap.name).name
         posts = (opened.heightmap.cols, opened.heightmap.rows)
         self.painter.new_map(FrameStats(name, posts, is_preview, is_preview and not opened.offer))
+        self.painter.overlays = () if is_preview else opened.overlays
         if before:
             before.release()
         if not replaces_preview:

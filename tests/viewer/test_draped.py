@@ -58,3 +58,16 @@ def test_an_overlay_is_drawn_and_follows_the_land(empty):
     shown = empty._draped
     assert all(np.array_equal(a, b) for (a, _), (b, _) in zip(shown, now, strict=True))
     assert not all(np.array_equal(a, b) for (a, _), (b, _) in zip(shown, then, strict=True))
+
+
+def test_names_of_points_are_in_the_window_unless_land_hides_them(empty):
+    y, x = np.mgrid[0:65, 0:65]
+    hill = Heightmap((200 * np.exp(-((x - 32) ** 2 + (y - 32) ** 2) / 60)).astype("f4"), 10.0)
+    named = Overlay((), np.array([[32.0, 50.0], [32.0, 14.0]]), ("in front", "behind"))
+    camera = Camera((320.0, -300.0, 130.0), (320.0, 320.0, 60.0), 45.0)
+    empty.settings.change_all(style="lambert")
+    opened = Opened(hill, camera, key="hill", camera_given=True, overlays=(named,))
+    empty.show(Renderer(hill, (320, 200), ctx=empty.ctx), opened)
+    settle(empty)
+    (label,) = empty.painter.labels
+    assert label.name == "in front" and label.x == pytest.approx(0.5 * empty.window.size[0], abs=2)

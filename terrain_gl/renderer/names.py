@@ -1,0 +1,67 @@
+"""Names of points: where they are in a picture. A point that land hides has none there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..camera import Camera
+from ..camera.camera import in_picture
+from ..camera.pieces import Piece
+from ..shade.picture import Picture
+from .lines import on_land
+from .overlay import Overlay
+
+_SLACK = 0.985  # of a depth, as in glsl/view/lines.frag: a point lies on land, which is drawn within a tolerance
+
+
+class Label(NamedTuple):
+    """A name, and the column and row of its point, counted from the upper left corner of the whole picture."""
+
+    name: str
+    x: float
+    y: float
+
+
+def labels_seen(
+    overlays: Sequence[Overlay], picture: Picture, camera: Camera, near_m: float, piece: Piece
+) -> list[Label]:
+    """The names of points that a piece of a picture shows, after it has been drawn.
+
+    Parameters
+    ----------
+    camera, near_m
+        The view in which the picture was drawn.
+    """
+    named = [pair for overlay in overlays for pair in zip(overlay.names, overlay.points, strict=False) if pair[0]]
+    if not named:
+        return []
+    heightmap = picture.terrain.heightmap
+    posts = np.array([point for _, point in named])
+    east, north = heightmap.spacing_m
+    places = np.stack([posts[:, 0] * east, (heightmap.rows - 1 - posts[:, 1]) * north], -1)
+    from_eye = camera.lowered(on_land(heightmap, places)) - np.asarray(camera.eye)
+    x, y, z = np.nan_to_num(from_eye @ camera.axes.T, nan=-1.0).T
+    is_there = in_picture(camera, piece.picture, (x, y, z), near_m)
+    if not is_there.any():
+        return []
+    depths = _furthest(picture.depths())
+    tan_x, tan_y = camera.half_extent(piece.picture)
+    found = []
+    for i in np.flatnonzero(is_there):
+        column = 0.5 * (1 + x[i] / (tan_x * z[i])) * piece.picture[0]
+        row = 0.5 * (1 - y[i] / (tan_y * z[i])) * piece.picture[1]
+        at = int((row - piece.rows.start) * piece.fine), int((column - piece.cols.start) * piece.fine)
+        inside = 0 <= at[0] < depths.shape[0] and 0 <= at[1] < depths.shape[1]
+        if inside and near_m / z[i] >= _SLACK * depths[at]:
+            found.append(Label(named[i][0], float(column), float(row)))
+    return found
+
+
+def _furthest(depths: np.ndarray) -> np.ndarray:
+    """The furthest depth of each pixel and its eight neighbours: a point may lie on the crest that hides the rest."""
+    wide = np.pad(depths, 1, mode="edge")
+    rows, cols = depths.shape
+    return np.min([wide[i : i + rows, j : j + cols] for i in range(3) for j in range(3)], 0)
