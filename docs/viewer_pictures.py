@@ -23,7 +23,7 @@ from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.settings import Settings
 
 SIZE = (1000, 562)
-MAP = "canyon"
+MAP = "canyon-15m"
 
 
 def main(folder: str = "docs") -> None:
