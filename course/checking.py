@@ -74,7 +74,7 @@ class Outcome:
         """What is to say; the same text once."""
         said: dict[str, list[str]] = {}
         for finding in self.findings:
-            if finding.text:
+            if finding.text and finding.verdict != EXACT:  # differences of rounding say nothing
                 said.setdefault(finding.text, []).append(finding.what)
         found = [f"{_joined(names, self.task.title)}{text}" for text, names in said.items()]
         return found if len(found) <= SAID else [*found[: SAID - 1], f"and {len(found) - SAID + 1} more"]

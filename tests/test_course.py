@@ -168,10 +168,20 @@ def test_a_wrong_answer_that_changes_nothing_is_noticed(tmp_path, monkeypatch):
 
 
 def test_a_console_without_greek_letters_is_no_hindrance(tmp_path):
-    (tmp_path / "answer.py").write_text(solved(10), encoding="utf-8")
-    command = [sys.executable, "-m", "course", "check", "10", str(tmp_path / "answer.py")]
+    wrong = solved(10).replace("return 2.0**low", "return 0 * low")
+    (tmp_path / "answer.py").write_text(wrong, encoding="utf-8")
+    command = [
+        sys.executable,
+        "-m",
+        "course",
+        "check",
+        "10",
+        str(tmp_path / "answer.py"),
+        "-o",
+        str(tmp_path / "d.png"),
+    ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, env=os.environ | {"PYTHONIOENCODING": "cp1252"})
-    assert done.returncode == 0 and b"A of your ?" in done.stdout, done.stderr
+    assert done.returncode == 1 and b"A of your ?" in done.stdout, done.stderr
 
 
 def test_findings():

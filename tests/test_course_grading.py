@@ -122,7 +122,7 @@ def test_the_walls_stand_and_are_tried_out(tmp_path):
         pytest.skip("this system has no user namespaces")
     assert grading.open_walls() == []
     (tmp_path / "kept").write_text("kept")
-    with courses.checking.Student(checking.HERE / "box" / "probe.py", 20.0) as probe:
+    with courses.checking.Student(ROOT / "course" / "box" / "probe.py", 20.0) as probe:
         assert len(probe.escapes(str(tmp_path), os.getpid())) == 7
 
 

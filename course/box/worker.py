@@ -7,6 +7,7 @@ student's code prints goes to the file `printed` beside it. The file as it was h
 from __future__ import annotations
 
 import ast
+import errno
 import os
 import sys
 import traceback
@@ -107,6 +108,8 @@ def _attempt(action: Callable[[], object], file: Path) -> dict[str, Any]:
             return {"error": f"line {frames[-1].lineno} still raises NotImplementedError: delete it", "blank": False}
         line = error.lineno if isinstance(error, SyntaxError) else frames[-1].lineno if frames else None
         where = f"line {line}: " if line else ""
+        if isinstance(error, OSError) and error.errno == errno.EFBIG:
+            return {"error": f"{where}File too large: your code prints or writes more than it may", "blank": False}
         return {"error": f"{where}{type(error).__name__}: {error}"[:300], "blank": False}
 
 
