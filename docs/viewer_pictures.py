@@ -1,13 +1,19 @@
 """Draw the pictures of docs/viewer.md: each mode of the window, without a window.
 
-python docs/viewer_pictures.py [FOLDER]
+    python docs/viewer_pictures.py [FOLDER]
+
+The triangles that each picture states are written to viewer-pictures.json, with camera and options of each side:
+tests/test_viewer_pictures.py compares them with those of today's program.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
+from dataclasses import asdict, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +22,7 @@ from terrain_gl.files.maps import open_map
 from terrain_gl.gpu.context import create_context
 from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.controller import Pose
 from terrain_gl.viewer.lecture import Lecture, read_lecture
@@ -24,17 +31,21 @@ from terrain_gl.viewer.settings import Settings
 
 SIZE = (1000, 562)
 MAP = "canyon-15m"
+NUMBERS = "viewer-pictures.json"
 
 
 def main(folder: str = "docs") -> None:
     """Draw all pictures; each begins in the state that the last one has left."""
     app = first_app()
+    stated = {}
     for name, change in SCENES.items():
         change(app)
         settle(app)
         path = Path(folder) / f"viewer-{name}.jpg"
         write_image(path, pixels(app))
+        stated[name] = sides_of(app)
         print(f"{path}: {app.viewer.painter.frame.stats['triangles']:,} triangles, {app.viewer.ctx.error}", flush=True)
+    (Path(folder) / NUMBERS).write_text(json.dumps(stated, indent=1) + "\n")
 
 
 def first_app() -> App:
@@ -46,6 +57,27 @@ def first_app() -> App:
     land = Opened(heightmap, known.camera, known.sun, known.name)
     app.viewer.show(Renderer(heightmap, (64, 64), ctx=ctx), land)
     return app
+
+
+def sides_of(app: App) -> list[dict[str, Any]]:
+    """What each side of the picture states: its triangles, and the camera and options of its mesh."""
+    painter = app.viewer.painter
+    spec = painter.drawn
+    assert spec
+    tool = app.viewer.sculpting.tool
+    edits = bool(tool and any(tool.strokes))  # also undone ones: tables may be rounded otherwise after a stroke
+    return [
+        {"triangles": stats["triangles"], "edited": edits, "camera": asdict(spec.camera), "options": changed(options)}
+        for stats, options in zip(painter.side_stats, spec.sides, strict=True)
+    ]
+
+
+def changed(options: RenderOptions) -> dict[str, Any]:
+    """The options that are not as they are by default, as JSON can hold them."""
+    given = {each.name: getattr(options, each.name) for each in fields(options)}
+    usual = RenderOptions()
+    given = {name: value for name, value in given.items() if value != getattr(usual, name)}
+    return {name: asdict(value) if isinstance(value, Camera) else value for name, value in given.items()}
 
 
 def settle(app: App) -> None:
@@ -148,6 +180,8 @@ def sculpt(app: App) -> None:
 
 def ruler(app: App) -> None:
     """Contour lines, and a line across the canyon with its profile."""
+    app.press("ctrl+z")
+    settle(app)
     app.press("b")
     app.press("shift+c")
     app.press("shift+r")
