@@ -42,13 +42,21 @@ def measured(void):
     return seen
 
 
+def of_nodes(shape, seen, fine):
+    """Samples that count in a node: on its own land, or at its own posts. Other land at its rim is a neighbour's."""
+    land = np.pad(reference.cells_with_data(shape, fine, ~seen), [(0, 0), (1, 1), (0, 0), (1, 1)])
+    posts = np.zeros(shape, bool)
+    posts[:: 1 << FINER_LOG2, :: 1 << FINER_LOG2] = True
+    return np.logical_or.reduce(reference.of_corners(land)) | reference.own_posts(shape, fine, ~(seen & posts))
+
+
 def sampled(truth, seen, level):
     """Largest errors of a level's nodes at the samples: as quad; in each wedge of the fan with whole and split edges.
 
     The nodes of the fine lattice that are FINER_LOG2 levels higher have the same corners and the same centres.
     """
     fine = level + FINER_LOG2
-    seen = seen[reference.per_node(*reference.node_axes(truth.shape, fine))]
+    seen = of_nodes(truth.shape, seen, fine)
     quad = np.max([np.abs(errors * seen).max((1, 3)) for errors in reference.quad_errors(truth, fine)], 0)
     wedge = reference.wedges_of_posts(truth, fine)
     fans = [
