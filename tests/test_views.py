@@ -9,6 +9,7 @@ from maps import MAPS, REAL, rough
 import terrain_gl as tg
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.cli import main
+from terrain_gl.files import views
 from terrain_gl.files.views import VIEWS, standard_sun, standard_view
 from terrain_gl.heightmap import bilinear
 from terrain_gl.image import read_image
@@ -163,3 +164,22 @@ def test_an_eye_under_the_ground_is_told(tmp_path, capsys):
     assert "under the ground" in said and said.count("\n") == 1
     assert main([*words, "--eye", "300,300,900", "--target", "300,600,100"]) == 0
     assert "under the ground" not in capsys.readouterr().err
+
+
+def test_a_summit_that_stands_out_is_large_in_the_middle(monkeypatch):
+    """Also near the rim of the map, where no eye would be placed. Lower, it is a hill like the others."""
+    y, x = np.indices((193, 193)) * 400.0
+    hills = 300 * (np.sin(x / 3600) * np.cos(y / 5200) + 1)
+    cone = np.maximum(0.0, 3000 - 0.4 * np.hypot(x - 16000, y - 12000))
+    summit = np.array([16000.0, 192 * 400.0 - 12000.0, 3300.0])
+
+    def off_middle(heights):
+        """Place of the summit: 0 in the middle of the picture, 1 at its rim."""
+        camera = standard_view(tg.Heightmap(heights.astype("f4"), 400.0))
+        right, up, depth = camera.axes @ (summit - camera.eye)
+        return np.abs(np.array([right, up]) / depth / camera.half_extent(SIZE)).max()
+
+    assert off_middle(hills + cone) < 0.5
+    assert off_middle(hills + cone / 12) > 0.6
+    monkeypatch.setattr(views, "_STANDS_OUT", 1.0)
+    assert off_middle(hills + cone) > 0.5

@@ -20,10 +20,10 @@ PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", "
 
 
 def add(command: Any) -> None:
-    """Declare `--overlay`."""
+    """Declare `--overlay` and `--labels`."""
     what = "over the land: GeoJSON, GPX, KML, a picture or values"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
-    what = f"the property of a point that is written beside it; none: no text (default: {LABEL})"
+    what = f"text of points: a property, or none (default: {LABEL})"
     command.add_argument("--labels", metavar="PROPERTY", default=LABEL, help=what)
 
 

@@ -30,6 +30,9 @@ _FEW = 24  # posts a side of a small map, which the first view shows as a whole
 _LEAST_PART = 0.3  # size of the part that the first view looks at, relative to the map
 _MOST_PART = 0.75
 _IN_FRAME = 0.62  # share of that part whose corners are certainly in the picture
+_STANDS_OUT = 0.4  # relief between a summit that stands out and nearly all other land, relative to the map's
+_NEARLY_ALL = 98  # percent of the blocks
+_SUMMIT = 0.2  # relief over extent of the part around such a summit
 _TRIES = 64  # places that are tried until the sight is free
 Post = tuple[int, int]
 
@@ -43,8 +46,8 @@ def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 
 def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     """Look from the south over the part with the most relief; all of its heights are in the picture.
 
-    The flatter the map, the smaller this part, so that relief is visible. A map of few posts is shown as a whole. For a
-    long map, this is `Camera.default`.
+    The flatter the map, the smaller this part, so that relief is visible. If one summit stands out, such as a volcano,
+    it is in the middle of the part. A map of few posts is shown as a whole. For a long map, this is `Camera.default`.
     """
     east, north = heightmap.extent_m
     low_m, high_m = heightmap.range_m
@@ -54,7 +57,8 @@ def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
         return Camera.over((east / 2, north / 2, (low_m + high_m) / 2), (east, north, high_m - low_m), fov_deg)
     blocks = _Blocks(heightmap)
     share = float(np.clip((high_m - low_m) / (_READABLE * max(east, north)), _LEAST_PART, _MOST_PART))
-    (top, left), (rows, cols) = blocks.roughest(share)
+    summit = blocks.summit()
+    (top, left), (rows, cols) = blocks.roughest(share) if summit is None else blocks.around_summit(summit)
     lows, highs = (of[top : top + rows, left : left + cols] for of in (blocks.low, blocks.high))
     block_m = np.multiply(heightmap.spacing_m, blocks.side)
     middle_x = min((left + cols / 2) * block_m[0], east)
@@ -207,6 +211,25 @@ class _Blocks:
         score = np.where(np.isfinite(relief), relief, 0.0) * land**2 * (1.2 - 0.2 * middle)
         at = np.unravel_index(int(score.argmax()), score.shape)
         return (int(at[0]), int(at[1])), (size[0], size[1])
+
+    def summit(self) -> Post | None:
+        """The highest block, if nearly all others are much lower."""
+        known = np.isfinite(self.high)
+        relief = self.high[known].max() - self.low[known].min()
+        block = self.best(self.high)[0]
+        stands_out = self.high[block] - np.percentile(self.high[known], _NEARLY_ALL) > _STANDS_OUT * relief
+        return block if stands_out else None
+
+    def around_summit(self, block: Post) -> tuple[Post, Post]:
+        """First block, and rows and columns of blocks, of a part of the map whose middle is at a summit."""
+        low_m, high_m = self.heightmap.range_m
+        east, north = self.heightmap.spacing_m
+        side_m = max((high_m - low_m) / _SUMMIT, _FEW * max(east, north))
+        rows = min(max(1, round(side_m / (self.side * north))), self.low.shape[0])
+        cols = min(max(1, round(side_m / (self.side * east))), self.low.shape[1])
+        top = min(max(0, block[0] - rows // 2), self.low.shape[0] - rows)
+        left = min(max(0, block[1] - cols // 2), self.low.shape[1] - cols)
+        return (top, left), (rows, cols)
 
     def highest_around(self, x: float, y: float) -> float:
         """The highest post of the blocks around a place in world metres; -inf off the map."""
