@@ -25,7 +25,17 @@ HANDED_OUT = (
     *("terrain_gl", "glsl", "heightmaps", "examples", "docs", "tests", "course"),
 )
 APART = (
-    *("solutions", "LECTURERS.md", "grading.py", "solving.py", "real.py", "courses.py", "test_course*.py", "blanks"),
+    *(
+        "solutions",
+        "LECTURERS.md",
+        "FACTS.md",
+        "grading.py",
+        "solving.py",
+        "real.py",
+        "courses.py",
+        "test_course*.py",
+        "blanks",
+    ),
     *("*.egg-info", "__pycache__", ".*"),
 )
 _LECTURERS = re.compile(r"^<!-- lecturers -->\n.*?^<!-- end -->\n", re.MULTILINE | re.DOTALL)

@@ -125,6 +125,7 @@ def test_the_students_tree_has_no_solutions_and_checks(tmp_path):
         "oral.md",
         "grading.py",
         "LECTURERS.md",
+        "FACTS.md",
         ".git",
     }
     assert names >= {"setup.cfg", "pyproject.toml", "LICENSE", "rings.py", "place.comp", "alpine.png"}
@@ -215,7 +216,7 @@ def test_messages_carry_values_and_refuse_objects():
 def test_the_site_has_every_page():
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     pages = [path for path in (ROOT / "docs").glob("*.md") if path.name != "index.md"]
-    pages += set((ROOT / "course").glob("*.md")) - {ROOT / "course" / "LECTURERS.md"}
+    pages += set((ROOT / "course").glob("*.md")) - {ROOT / "course" / name for name in ("LECTURERS.md", "FACTS.md")}
     pages += [folder / "page.md" for folder in folders.lessons()]
     listed = {(ROOT / "docs" / f"{line}.md").resolve() for line in re.findall(r"^[\w./]+$", index, re.MULTILINE)}
     assert {path.resolve() for path in pages} <= listed
