@@ -54,6 +54,17 @@ sys.meta_path.insert(0, Finder())
 """
 
 
+# while moderngl deletes a buffer
+IN_A_DELETION = """
+import moderngl
+class Buffer(moderngl.Buffer):
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        super().__del__()
+moderngl.Buffer = Buffer
+"""
+
+
 def interrupted(when, *words):
     """Status and outputs of a command that gets a signal as soon as `when` is true."""
     listening = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # shells let background jobs ignore Ctrl-C
@@ -67,6 +78,12 @@ def interrupted(when, *words):
 def test_signals_wait_until_moderngl_has_made_a_shader(dem, name, status):
     """Moderngl calls Python from C there, and crashes if Python raises an exception."""
     assert interrupted(IN_A_SHADER.format(f"signal.{name}"), "measure", dem) == (status, "", "")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
+def test_signals_wait_until_an_object_is_deleted(dem):
+    """Python prints exceptions of `__del__`, and goes on."""
+    assert interrupted(IN_A_DELETION, "measure", dem) == (130, "", "")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")

@@ -1,8 +1,9 @@
 """Requests to end (Ctrl-C, kill, a closed terminal): handled once, and only when that is safe.
 
-A signal raises an exception in the Python code that runs. That is unsafe in two cases. Some C code calls Python and
+A signal raises an exception in the Python code that runs. That is unsafe in three cases. Some C code calls Python and
 does not check for exceptions (moderngl, for every uniform of a shader): then the process dies. During an import, the
-exception may end the process or get lost. So a signal waits until neither is running, usually for milliseconds. All
+exception may end the process or get lost. While an object is deleted, Python prints the exception and goes on. So a
+signal waits until none of them is running, usually for milliseconds. All
 signals after the first are ignored, because they would interrupt the removal of half-written files.
 """
 
@@ -50,7 +51,7 @@ def _harms(frame: FrameType | None) -> bool:
     """Whether an exception would pass through code that does not expect it."""
     while frame:
         module = frame.f_globals.get("__name__") or ""
-        if module in _CALLED_FROM_C or module.startswith("importlib"):
+        if module in _CALLED_FROM_C or module.startswith("importlib") or frame.f_code.co_name == "__del__":
             return True
         frame = frame.f_back
     return False
