@@ -35,7 +35,7 @@ def add_tolerance(command: Any) -> None:
     """Add the options for how much two pictures may differ."""
     what = f"steps of 255 that a pixel may differ (default: {EXACT.steps:g})"
     command.add_argument("--tolerance", type=values.not_negative, metavar="N", default=EXACT.steps, help=what)
-    what = f"share of the pixels that may differ more, 0 to 1 (default: {EXACT.share:g})"
+    what = f"share of the pixels that may differ more (default: {EXACT.share:g})"
     command.add_argument("--share", type=values.share, metavar="P", default=EXACT.share, help=what)
 
 
