@@ -11,9 +11,12 @@ TITLE = "Screen-space error"
 POINTS = 2000
 
 
-def view(rng, looks=-1):
-    """Axes of a camera that looks down a little, or up, its focal length and the extent of its picture."""
-    pitch, azimuth = looks * rng.uniform(0.2, 0.7), rng.uniform(0, 2 * np.pi)
+def view(rng, looks=-1, turns=1.0):
+    """Axes of a camera that looks down a little, or up, its focal length and the extent of its picture.
+
+    It looks less than `turns` off the north: a full turn is 1.
+    """
+    pitch, azimuth = looks * rng.uniform(0.2, 0.7), turns * rng.uniform(0, 2 * np.pi)
     forward = np.array([np.cos(pitch) * np.sin(azimuth), np.cos(pitch) * np.cos(azimuth), np.sin(pitch)])
     right = np.array([np.cos(azimuth), -np.sin(azimuth), 0])
     axes = np.stack([right, np.cross(right, forward), forward])
@@ -73,12 +76,13 @@ def bound(student, rng):
     """No sampled point moves farther, and the bound is as tight as the corners allow; also if the camera looks up."""
     for looks in (-1, 1):
         yield from bounds_of(student, rng, looks)
+    yield from bounds_of(student, rng, -1, turns=0.01)
 
 
-def bounds_of(student, rng, looks):
-    """Small and large boxes."""
-    name = "a camera that looks up" if looks > 0 else "a camera that looks down"
-    axes, focal_px, extent = view(rng, looks)
+def bounds_of(student, rng, looks, turns=1.0):
+    """Small and large boxes; if the camera looks north, their corners have nearly the same depth in pairs."""
+    name = f"a camera that looks {'up' if looks > 0 else 'down'}{', north' if turns < 1 else ''}"
+    axes, focal_px, extent = view(rng, looks, turns)
     v, bounds, worst, reference_px = axes[:, 2], [], [], []
     picture = reference.Pinhole(np.zeros(3), axes, focal_px, extent, 1.0)
     while len(bounds) < 60:
