@@ -50,7 +50,7 @@ def furniture(
     TerrainError
         There is no font.
     """
-    px = max(9, round(16 * max(1.0, size[1] / 720)))
+    px = _type_px(16, size)
     gap = px
     stamps = []
     if title:
@@ -74,13 +74,18 @@ def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float]]
     TerrainError
         There is no font.
     """
-    px = max(9, round(14 * max(1.0, size[1] / 720)))
+    px = _type_px(14, size)
     stamps: list[Stamp] = []
     for words, column, row in names:
         made = _panel(_line(words, px), (round(column + 0.4 * px), round(row + 0.4 * px)), px // 2)
         if not any(_overlap(made, other) for other in stamps):
             stamps.append(made)
     return stamps
+
+
+def _type_px(px: int, size: tuple[int, int]) -> int:
+    """Height of the type; it grows with the picture, from 720 rows on."""
+    return round(px * max(1.0, size[1] / 720))
 
 
 def _overlap(one: Stamp, other: Stamp) -> bool:

@@ -44,7 +44,7 @@ REGISTRY = {
     "sat": Method(CERTIFIED, "renderer.methods:rings_of_tables", "a clipmap, its detail chosen by summed-area tables"),
     "clipmap": Method(BASELINE, "comparison.baselines:clipmap", "geometry clipmaps"),
     "tessellated": Method(BASELINE, "comparison.baselines:tessellated", "clipmaps with hardware tessellation"),
-    "quadtree": Method(CERTIFIED, "renderer.methods:quadtree", "a restricted quadtree: the fewest triangles"),
+    "quadtree": Method(CERTIFIED, "renderer.methods:quadtree", "a restricted quadtree: in most views fewer triangles"),
     "full": Method(EXACT, "renderer.methods:quadtree", "every post"),
     "truth": Method(EXACT, "comparison.bilinear:truth", "every post, bilinear in between"),
 }
