@@ -6,7 +6,7 @@ answers: four fetches tell whether any cell in a box is off by more than the eye
 
 - The truth is the heights at the posts. Between the posts there is no bound, and no vertex.
 - A patch has 2 to 32 segments a side. If a far one needs more, the certified error is above the tolerance.
-- Every box is as high as the whole map. A metre is as many pixels everywhere as in the picture's worst corner.
+- Every box is as high as the whole map. At one depth, a metre counts as in the picture's worst corner.
 - The CPU reads the number of patches and divides them into draws. The Earth is flat, and the light has no shadows.
 
 Run: ``python 11_the_method.py`` for a window, ``python 11_the_method.py PICTURE.png [MAP]`` for a picture
@@ -66,8 +66,9 @@ uint cells_above(ivec2 low, int side, int j, int c) {
 }
 """
 # A cell of level j is two triangles. OpenGL does not say which diagonal they share: at each post we take the worse one.
-# With the twist t = a - b - c + d of the corners, they are t min(x (1-y), y (1-x)) above and t min(x y, (1-x) (1-y))
-# below the bilinear surface. A finer neighbour cuts an edge by at most `cut_m`. This moves no point by more than that.
+# With the twist t = a - b - c + d of the corners, one diagonal is t min(x (1-y), y (1-x)) above the bilinear surface, the
+# other t min(x y, (1-x) (1-y)) below it. If a finer neighbour cuts an edge, its new vertices are at most `cut_m` from the
+# straight edge. They move no point by more than that.
 ERRORS = """
 layout(local_size_x = 8, local_size_y = 8) in;
 void main() {
@@ -115,12 +116,12 @@ float depth_of(ivec2 low, int side) {  // the smallest depth of a box, FAR if it
 # -- 4. The level of each patch ----------------------------------------------------------------------------------------
 # Ring l has 32 × 32 blocks of 4 × 4 units, and a unit has 2 × 2 cells of 2^l posts. The finer ring fills its middle.
 # Rings slide with the eye by two units. Their squares are not nodes of a tree, but the table answers for any box. Each
-# has the coarsest spacing that leaves no cell above the tolerated error. A block is one patch if that pays.
+# square has the coarsest spacing that leaves no cell above the tolerated error. A block is one patch if that pays.
 RINGS = """
 struct Patch { ivec2 low; int side_log2, step_log2; };  // posts
 layout(std430, binding = 1) buffer Rings { Patch units[]; };  // the patch over each unit of each ring
 layout(std430, binding = 2) buffer Found { uint certified, count; Patch patches[]; };
-ivec2 origin(int ring) {  // the north-west post: an even place of its lattice
+ivec2 origin(int ring) {  // the north-west post: a multiple of two units
     vec2 eye = clamp(vec2(u_eye.x, float(LAST.y) * SPACING_M - u_eye.y) / SPACING_M, vec2(0.0), vec2(LAST));
     return ivec2(round(eye / float(4 << ring))) - UNITS / 4 << ring + 2;
 }
@@ -147,16 +148,16 @@ void main() {
         parts[i] = over(low + (ivec2(i % 4, i / 4) << ring + 1), ring + 1);
         parts_cost += cost(parts[i]);
     }
-    // Blocks do not meet the finer ring: so one of two patches that meet has the whole edge. An edge has at most 64
-    // segments: no patch in a box three times as wide may need more.
+    // A block beside the finer ring is not one patch, so a common edge is always a whole side of one of two patches. An
+    // edge has at most 64 segments: no patch in a box three times as wide may need more.
     bool alone = any(lessThan(low + side, finer)) || any(lessThan(end, low)), pays = cost(block) <= parts_cost;
     bool is_block = alone && pays && holds(low, side, block.step_log2) && holds(low - side, 3 * side, ring - 3);
     for (int i = 0; i < 16; i++) {
         Patch p = is_block ? block : parts[i];
         units[(ring * UNITS + at.y + i / 4) * UNITS + at.x + i % 4] = p;
         float z = depth_of(p.low, 1 << p.side_log2);
-        bool is_hidden = all(greaterThanEqual(p.low, finer)) && all(lessThan(p.low, end)) || is_block && i > 0;
-        if (is_hidden || z == FAR) continue;
+        bool is_other = all(greaterThanEqual(p.low, finer)) && all(lessThan(p.low, end)) || is_block && i > 0;
+        if (is_other || z == FAR) continue;  // the finer ring or the block draws it; or it is not in the picture
         patches[atomicAdd(count, 1u)] = p;
         int c = CLASSES - 1;
         while (cells_above(p.low, 1 << p.side_log2, p.step_log2, c) > 0u) c--;
@@ -165,8 +166,8 @@ void main() {
 }
 """
 # -- 5. Edges without cracks, and tessellation -------------------------------------------------------------------------
-# Where two patches meet, the longer side is the edge. Its spacing is the finest among all patches along it. Both sides
-# compute the same number, so they have the same vertices. Inside, a patch has T × T cells.
+# Where two patches meet, a common edge is a whole side of the larger patch. Its spacing is the finest among all patches
+# along it. Both sides compute the same number, so they have the same vertices. Inside, a patch has T × T cells.
 VERTEX = "void main() { gl_Position = vec4(gl_VertexID); }"  # the number of a patch
 CONTROL = """
 layout(vertices = 1) out;
@@ -229,7 +230,7 @@ void main() {
 """
 # -- 7. The frame ------------------------------------------------------------------------------------------------------
 CLASSES, TOP, UNITS = 32, 7, 128  # of errors; level of the coarsest cells; across a ring
-PATCHES_PER_DRAW = 15  # of 65 × 65 vertices: Mesa's software renderer fails from 65,536 on
+PATCHES_PER_DRAW = 15  # of 65 × 65 vertices: Mesa's software renderer fails from 65,536 in a draw on
 
 
 def look(eye, forward, fov_deg, size):

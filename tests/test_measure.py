@@ -111,7 +111,7 @@ def test_bound_holds_on_hard_maps(ctx, name):
 
 
 def test_mean_over_measured_places_is_certified(ctx):
-    """In cells where many measured places lie on a diagonal: their mean is above the integral."""
+    """Many measured places lie on a diagonal here: their mean square is above the integral over the cell."""
     size, heightmap = (1280, 720), MAPS["checkerboard"]()
     renderer = tg.Renderer(heightmap, size, ctx=ctx)
     renderer.draw(cameras(heightmap, size)["far"], 1.0, metric="rms", style=UNLIT)

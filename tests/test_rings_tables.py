@@ -275,7 +275,7 @@ def alpine():
 
 
 def test_most_triangles_come_from_tessellated_patches(alpine):
-    """At least half of them from patches of 4 × 4 segments and more."""
+    """At least half of the triangles are in patches of 4 × 4 segments or more."""
     frame = alpine.select(bundled()["alpine-30m"].camera, (640, 360), options(max_error_px=1.0))
     triangles = np.array(frame.selection.counts) * 2 * 4 ** np.arange(7)
     assert triangles[2:].sum() >= 0.5 * frame.selection.triangles

@@ -98,7 +98,7 @@ def test_columns_summed_in_several_runs_equal_the_reference(ctx, tables, monkeyp
 
 
 def test_long_columns_of_wide_bands_are_summed_to_their_ends(ctx, tables, monkeypatch):
-    """On llvmpipe a run over all of these rows would silently end before the last ones."""
+    """If one run of the shader summed all 4,200 rows, llvmpipe would silently end its loop before the last rows."""
     monkeypatch.setattr("terrain_gl.sat.BANDS", 1)
     values = random_words((1, 4200, 1025), 32)
     kernels, buffer, table = built(ctx, tables, values)

@@ -195,7 +195,7 @@ def test_bytes_per_post(scene):
 
 
 def ridge(by_column):
-    """A ridge whose two flanks rise at 1 in 2 to the middle: along rows or columns."""
+    """Two flanks of slope 1/2. The crest is the middle column if `by_column`, else the middle row."""
     y, x = np.mgrid[:65, :65]
     return Heightmap((10.0 * (32 - np.abs((x if by_column else y) - 32))).astype("f4"), spacing_m=20.0)
 

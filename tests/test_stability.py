@@ -44,7 +44,7 @@ def luminance(picture, fine=1):
 
 
 def deviation(lights):
-    """Mean over the pixels of how far their luminance is from its mean over time: it measures every change."""
+    """Standard deviation of each pixel's luminance over time, averaged over the pixels."""
     return float(np.stack(lights)[:, 4:-4, 4:-4].std(0, ddof=1).mean())
 
 

@@ -10,7 +10,7 @@
 // Before the last run, the memory of the shares holds sums as floats.
 // Sums are rounded after every four azimuths, so that they do not depend on the size of a batch.
 // For comparison only, PRINTED 2 is A.5 without the cosine:
-// V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the level horizon.
+// V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the horizontal.
 // Python twins: reference.skylit, reference.visible_shares
 
 #include "horizon/lines.glsl"
@@ -45,7 +45,7 @@ uniform bool u_is_last;
 #ifdef WINDOW
 uniform ivec2 u_first_cell;  // of the first texel
 #endif
-uniform float u_above[LOBES];  // share of each lobe above the level horizon
+uniform float u_above[LOBES];  // share of each lobe above the horizontal
 
 float open_to(int lobe, vec3 normal) {
     float at = clamp(0.5 + 0.5 * dot(normal, u_axes[lobe]), 0.0, 1.0) * float(COSINES);

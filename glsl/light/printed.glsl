@@ -1,6 +1,6 @@
 // light/printed.glsl — the shading of the supplement of Li et al. 2021, as printed. We compare our shading with it.
 //   L   = Σ over lights l of  V_l · ∫ SG_l(ω) ρ_n(ω) dω                                        (A.5, A.6)
-//   V_l = mean over the footprint of ∫ SG_l V dω / ∫ SG_l dω, without a cosine, above the level horizon           (A.5)
+//   V_l = mean over the footprint of ∫ SG_l V dω / ∫ SG_l dω, without a cosine, above the horizontal              (A.5)
 //   ρ_n = mean of 1.170 e^(2.133 (ω·n − 1)), the cosine as a lobe: κ = 2.133, weight 3.398    (B.3, B.4)
 //   r   = |r| n with (3 |r| − |r|³) / (1 − |r|²) = κ;  r_M = mean of r;  ρ_n = weight · vMF(ω; r_M)    (C.1 to C.4)
 //   B.3 as printed lacks the factor 1/π of the diffuse BRDF. We include it; else the ground would be π times as bright.

@@ -79,7 +79,8 @@ class CameraPath:
     Raises
     ------
     UsageError
-        Too few keyframes, or times or suns that do not fit together; the message names the entry.
+        Too few keyframes or too many; only some of them have a time or a sun; times do not start at 0 and increase. The
+        message names the keyframe, if one is wrong.
     """
 
     def __init__(self, keyframes: Sequence[Keyframe], closed: bool = False, seconds: float | None = None) -> None:

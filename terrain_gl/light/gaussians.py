@@ -5,7 +5,7 @@
 The sky's lobes never move: fitting a sky chooses only their amplitudes. So the visible fraction of each lobe depends on
 the map alone. Shaders: `glsl/light/`. Specification: `reference.light`.
 
-The *visible fraction* V_l of lobe l at a place counts only directions above the level horizon, z > 0. It is 1 on an
+The *visible fraction* V_l of lobe l at a place counts only directions above the horizontal, z > 0. It is 1 on an
 open plain. V(ω) is 1 where the sky is visible and 0 where land hides it:
 
     V_l = ∫ SG_l V dω / ∫ SG_l dω,   both over z > 0;   for the sun, over its whole disc

@@ -85,7 +85,7 @@ def ramp_for(low: float, high: float, name: str = AUTO, asked: Range | None = No
         One of `NAMES`; "auto" is "diverging" if there are values on both sides of 0.
     asked
         The values at the ends. By default they are `low` and `high`; for a diverging ramp they are as far from 0 on
-        both sides. They are rounded outwards to two digits.
+        both sides, and both are rounded outwards to two digits.
     """
     if name == AUTO:
         is_difference = (low < 0 < high) if asked is None else asked[0] < 0 < asked[1]

@@ -2,7 +2,7 @@
 
     cull     list the blocks that are in the picture                          glsl/lod/rings/cull.comp
     decide   cut each block into squares, look up their spacing               glsl/lod/rings/decide.comp, three rounds
-    spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
+    spawn    make blocks of units that need 8 segments a side or more         after each of these rounds but the last
     agree    neighbours agree on edges; split leaves with more than 64        two rounds, or four, ...
     horizon  find the horizon around the eye                                  glsl/lod/rings/horizon.comp
     count    leave out hidden leaves, compute the bounds of the others        glsl/lod/rings/hidden.glsl

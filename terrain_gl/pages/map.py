@@ -21,7 +21,7 @@ COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view i
 
 
 class Page(NamedTuple):
-    """A tile of a level.
+    """What one page of the GPU holds, as it is read from the map: a tile of a level.
 
     Attributes
     ----------

@@ -136,7 +136,7 @@ def skylit(
 def visible_shares(
     heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
 ) -> np.ndarray:
-    """Visible share of a lobe's light above the level horizon at each cell, without a cosine, (rows - 1, cols - 1)."""
+    """Visible share of a lobe's light from above the horizontal at each cell, without a cosine, (rows - 1, cols - 1)."""
     z = (np.arange(100) + 0.5) / 100
     got = np.zeros((heights.shape[0] - 1, heights.shape[1] - 1))
     total = 0.0
@@ -154,7 +154,7 @@ def _rays(
     sines: np.ndarray,
     azimuths: int,
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
-    """A lobe's value along each ray, the ray, and the cells whose horizon is below it."""
+    """For each ray: the lobe's value there, the ray's direction, and the cells whose horizon is below the ray."""
     middles = middles_of_cells(heights)
     flat = np.sqrt(1 - sines * sines)
     for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:

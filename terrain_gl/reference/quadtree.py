@@ -173,7 +173,8 @@ def _least_px(s: Screen, metric: str) -> np.ndarray:
     return fan_px if metric == "rms" else np.minimum(fan_px, s.quad_px)
 
 
-# At a price of λ px² a triangle: split where n w² gain > λ; draw a fan where n w² (Q − F) / (added triangles) > λ
+# At a price of λ px² a triangle: split where n w² gain > λ; draw a fan where n w² (Q − F) / (added triangles) > λ.
+# n: weight of a post; w: pixels for one metre of error; Q, F: sums of squared errors in m², as a quad and as a fan.
 
 
 def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[int, ...], price: float) -> Leaves:

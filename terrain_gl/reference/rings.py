@@ -1,7 +1,7 @@
 """lod of method sat: a clipmap around the eye. The summed-area tables decide how coarse each patch may be.
 
 rings    nested rectangles around the eye; ring l has cells of 2^l posts
-blocks   8 × 8 units of one ring cell; a unit that needs more than 64 segments a side is a block itself
+blocks   8 × 8 units of one ring cell; a unit that needs 8 segments a side or more is a block itself
 leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments, T ≥ 2
 edges    two leaves that meet take the finer spacing along their common edge
 """
@@ -184,8 +184,8 @@ def _cut(
     return whole
 
 
-# Where leaves of different sizes meet, the longer side is the edge. Its spacing is the finest among all leaves along
-# it, on both sides.
+# Where leaves of different sizes meet, a common edge is a whole side of the larger leaf. Its spacing is the finest
+# among all leaves along it, on both sides.
 
 WEST, NORTH, EAST, SOUTH = range(4)
 
@@ -225,7 +225,7 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
     return set(cells[cells >= 0].tolist())
 
 
-# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 14)
+# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + PATCH_COST)
 # (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 
 

@@ -80,7 +80,7 @@ class Parameters(Protocol):
 
     @property
     def method(self) -> str:
-        """The baseline that takes them."""
+        """The name of the baseline that these parameters belong to."""
 
 
 def near_plane_m(heightmap: Heightmap, near_m: float | None = None) -> float:

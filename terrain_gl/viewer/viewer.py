@@ -225,7 +225,7 @@ class Viewer:
         self.rescale(spacing_m=(spacing_m, spacing_m))
 
     def rescale(self, **scale: tuple[float, float]) -> None:
-        """Show the same posts with other distances or heights, as `MapLoader.rescale` takes them."""
+        """Show the same posts with another spacing or other heights; the arguments are those of `MapLoader.rescale`."""
         if self.saver.may_leave() and self.sculpting.may_leave():
             self.loader.rescale(**scale)
 

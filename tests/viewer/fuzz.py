@@ -77,7 +77,7 @@ class Fuzz:
     # --- What must hold -----------------------------------------------------------------------------------------------
 
     def land(self):
-        """What identifies the map, and the land with its strokes."""
+        """What identifies the map and its edited land."""
         viewer = self.viewer
         tool = viewer.sculpting.tool
         warned = viewer.sculpting._warned is (tool and tool.land)

@@ -109,7 +109,7 @@ def test_the_panel_has_a_map_of_the_loaded_tiles(shown):
     coarsest = 255 * np.array(tile_map.colour_of(top, top))
 
     def share():
-        """Share of the map that has the colour of the coarsest tiles."""
+        """Share of the panel's map of tiles that has the colour of the coarsest level."""
         later(app)
         later(app)
         left, first, right, end = (round(side) for side in app.gui.widgets.places["tiles"])

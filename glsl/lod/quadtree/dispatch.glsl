@@ -5,7 +5,7 @@
 
 #include "lod/quadtree/summary.glsl"
 
-// Set the numbers of groups of the next round, or 0.
+// Set the numbers of work groups of the next round; to 0 if not `on`, which ends the loop.
 void dispatch(bool on) {
     for (int j = 0; j <= u_top_level; j++) {
         ivec2 size = u_level[j].size;

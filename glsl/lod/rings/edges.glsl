@@ -1,6 +1,6 @@
 // lod/rings/edges.glsl — the leaves on both sides of an edge compute the same spacing for it.
-//   Where leaves of different sizes meet, the longer side is the edge. Its spacing is the finest among all leaves along
-//   it, on both sides. So both sides have the same vertices.
+//   Where leaves of different sizes meet, a common edge is a whole side of the larger leaf. Its spacing is the finest
+//   among all leaves along it, on both sides. So both sides have the same vertices.
 //   A walk visits all leaves along the four edges of a leaf. It is one loop with one look-up: software renderers
 //   execute every branch, and every loop at least once.
 // Provides look_around_in(), leaf_over(), Walk, START, next_leaf(), edges_log2_of().

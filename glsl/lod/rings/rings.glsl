@@ -3,7 +3,7 @@
 //   finer ring fills its middle. A ring follows the eye in steps of four of its cells. So its blocks need not be nodes
 //   of the error tables' tree.
 //   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side. It becomes one
-//   patch. If a unit needs more than 64 segments a side, it becomes a block of its own, with units an eighth as large.
+//   patch. If a unit needs 8 segments a side or more, it becomes a block of its own, with units an eighth as large.
 //
 //        block, 8 × 8 units                 a ring of blocks, and the finer ring in its middle
 //       ┌───────┬───┬───┐                        ┌────┬────┬────┬────┐
