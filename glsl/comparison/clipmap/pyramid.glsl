@@ -3,7 +3,8 @@
 //   Sample i of level j is at post min(i · 2^j, last). So the last sample is on the rim for maps of any size.
 //   Level −k cuts each cell of the map into 2^k × 2^k parts:
 //   sample i is i / 2^k posts from the first, bilinear between posts.
-//   Level 1 is the left part of the texture; levels 2 and up are in a column to its right. Others are read from the map.
+//   Level 1 is the left part of the texture; levels 2 and up are in a column to its right.
+//   Levels 0 and below are read from the map.
 // Provides sample_m(), last_sample(), place_of_sample().   Python twin: comparison.pyramid.Pyramid
 
 #include "mesh/between.glsl"

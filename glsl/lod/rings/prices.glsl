@@ -1,10 +1,9 @@
 // lod/rings/prices.glsl — the price λ of a triangle at which a mesh fits the budget. For a price, each patch p takes
 //   the T with the least   w² E(p, T) + λ (2 T² + PATCH_COST).
-//   Everett 1963, "Generalized Lagrange multiplier method": among all meshes of these patches that cost at most as much,
-//   Σ (2 T² + PATCH_COST), this one has the smallest sum of squared errors. A higher price gives fewer triangles. A pass
-//   tries PRICES prices at once: all blocks count
-//   the triangles of each. The next pass tries prices between the last one with too many triangles and the first one
-//   that fits.
+//   Everett 1963, "Generalized Lagrange multiplier method": among all meshes of these patches that cost at most as much
+//   (the sum of 2 T² + PATCH_COST), this one has the smallest sum of squared errors. A higher price gives fewer
+//   triangles. A pass tries PRICES prices at once: all blocks count the triangles of each. The next pass tries prices
+//   between the last one with too many triangles and the first one that fits.
 // Provides price(), cheapest().   Python twins: reference.rings.cheapest, reference.rings.bracket
 
 #include "lod/rings/leaf.glsl"
