@@ -65,10 +65,9 @@ uint cells_above(ivec2 low, int side, int j, int c) {
     return S[at(j, c, b.x, b.y)] - S[at(j, c, a.x, b.y)] - S[at(j, c, b.x, a.y)] + S[at(j, c, a.x, a.y)];
 }
 """
-# A cell of level j is two triangles. OpenGL does not say which diagonal they share: at each post we take the worse one.
-# With the twist t = a - b - c + d of the corners, one diagonal is t min(x (1-y), y (1-x)) above the bilinear surface,
-# the other t min(x y, (1-x) (1-y)) below it. If a finer neighbour cuts an edge, its new vertices are at most `cut_m`
-# from the straight edge. They move no point by more than that.
+# A cell of level j is two triangles, with an unknown diagonal. With the twist t = a - b - c + d of the corners, one is
+# t min(x (1-y), y (1-x)) above the bilinear surface, the other t min(x y, (1-x) (1-y)) below it: take the worse. A finer
+# neighbour cuts an edge. Its new vertices are `cut_m` off at most, so they move no point by more than that.
 ERRORS = """
 layout(local_size_x = 8, local_size_y = 8) in;
 void main() {

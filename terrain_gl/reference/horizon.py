@@ -136,7 +136,7 @@ def skylit(
 def visible_shares(
     heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
 ) -> np.ndarray:
-    """Visible share of a lobe's light from above the horizontal, without a cosine, for each cell (rows - 1, cols - 1)."""
+    """Visible share of a lobe's light from above the horizontal, without a cosine, by cell (rows - 1, cols - 1)."""
     z = (np.arange(100) + 0.5) / 100
     got = np.zeros((heights.shape[0] - 1, heights.shape[1] - 1))
     total = 0.0
