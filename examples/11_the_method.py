@@ -66,8 +66,8 @@ uint cells_above(ivec2 low, int side, int j, int c) {
 }
 """
 # A cell of level j is two triangles, with an unknown diagonal. With the twist t = a - b - c + d of the corners, one is
-# t min(x (1-y), y (1-x)) above the bilinear surface, the other t min(x y, (1-x) (1-y)) below it: take the worse. A finer
-# neighbour cuts an edge. Its new vertices are `cut_m` off at most, so they move no point by more than that.
+# t min(x (1-y), y (1-x)) above the bilinear surface, the other t min(x y, (1-x) (1-y)) below it: take the worse. A
+# finer neighbour cuts an edge. Its new vertices are `cut_m` off at most, so they move no point by more than that.
 ERRORS = """
 layout(local_size_x = 8, local_size_y = 8) in;
 void main() {
