@@ -6,15 +6,6 @@ pieces      a large picture is drawn part by part
 view        the camera of a frame on the GPU
 """
 
-from .camera import (
-    UP,
-    Camera,
-    Vector,
-    boxes_in_picture,
-    clip_from_eye,
-    in_picture,
-    screen_shift_px,
-    shift_px,
-)
+from .camera import UP, Camera, Vector, boxes_in_picture, clip_from_eye, in_picture, screen_shift_px, shift_px
 
 __all__ = ["UP", "Camera", "Vector", "boxes_in_picture", "clip_from_eye", "in_picture", "screen_shift_px", "shift_px"]

@@ -34,9 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                 stream.reconfigure(errors="backslashreplace")
         signals.listen()
     try:
-        names = tuple(
-            import_module("..files.maps", __package__).bundled()
-        )  # imports numpy; from here on signals are handled
+        # imports numpy; from here on signals are handled
+        names = tuple(import_module("..files.maps", __package__).bundled())
         words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, names)
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):
             raise UsageError(unknown(words[0], COMMANDS, names))

@@ -29,9 +29,7 @@ def add(commands: Any) -> None:
     command.add_argument("maps", metavar="MAP", nargs="*", help="heightmap files or bundled names")
     command.add_argument("--frames", type=values.count, metavar="N", default=7, help="repeats (default: 7)")
     command.add_argument("--strokes", action="store_true", help="also time brush dabs with a radius of 64 posts")
-    command.add_argument(
-        "--flight", type=values.count, metavar="FRAMES", help="also time a flight of FRAMES frames with brush dabs"
-    )
+    command.add_argument("--flight", type=values.count, metavar="FRAMES", help="also time a flight with brush dabs")
     options.add_map_options(command)
     options.add_rendering(command)
 

@@ -24,9 +24,7 @@ def add(commands: Any) -> None:
     )
     command.add_argument("expected", metavar="A", help="picture that is expected")
     command.add_argument("seen", metavar="B", help="picture to compare")
-    command.add_argument(
-        "-o", "--output", metavar="OUT", help="picture of the difference, 8 times as strong; ends in .png"
-    )
+    command.add_argument("-o", "--output", metavar="OUT", help="picture of the difference, 8 times as strong, .png")
     add_tolerance(command)
     options.add_json(command)
 

@@ -23,13 +23,7 @@ from . import report
 from .options import CommandScene, render_options
 
 # options of lit styles, and their defaults
-_OF_LIGHT = {
-    "sky": None,
-    "material": None,
-    "drape": None,
-    "look": AUTO,
-    "water_m": None,
-}
+_OF_LIGHT = {"sky": None, "material": None, "drape": None, "look": AUTO, "water_m": None}
 _NEAR = 5.0  # an eye within this many longer sides of the map is near it
 
 

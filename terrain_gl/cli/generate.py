@@ -28,15 +28,11 @@ def add(commands: Any) -> None:
     )
     command.add_argument("output", metavar="OUT", help=f"heightmap, {', '.join(FORMATS)}")
     command.add_argument("--size", type=size, metavar="N or WxH", default=(1025, 1025), help="posts (default: 1025)")
-    command.add_argument(
-        "--seed", type=whole, metavar="S", default=0, help="each number gives another land (default: 0)"
-    )
+    command.add_argument("--seed", type=whole, metavar="S", default=0, help="each gives another land (default: 0)")
     command.add_argument(
         "--cliffs", type=values.number, metavar="C", default=0.5, help="0 rolling hills, 1 canyons (default: 0.5)"
     )
-    command.add_argument(
-        "--octaves", type=whole, metavar="K", help="scales of detail (default: what the spacing shows)"
-    )
+    command.add_argument("--octaves", type=whole, metavar="K", help="scales of detail (default: by the spacing)")
     command.add_argument(
         "--relief", type=values.number, metavar="M", default=1000.0, help="metres from plain to summit (default: 1000)"
     )
@@ -44,9 +40,7 @@ def add(commands: Any) -> None:
         "--spacing", type=values.number, metavar="M", default=10.0, help="metres between posts (default: 10)"
     )
     command.add_argument("--recipe", choices=RECIPES, default=RECIPES[0], help="tablelands, or ranges of ridges")
-    command.add_argument(
-        "--backend", metavar="NAME", default="auto", help="OpenGL from egl, osmesa, glfw, or auto (default)"
-    )
+    options.add_backend(command)
     options.add_json(command)
 
 

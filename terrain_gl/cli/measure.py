@@ -21,9 +21,7 @@ def add(commands: Any) -> None:
         "4 x 4 places in each cell.",
         example="measure dem.tif --spacing 30 --max-error 0.5 --json -",
     )
-    command.add_argument(
-        "--fail-above", type=values.positive, metavar="PX", help="exit status 1 if the achieved error is larger"
-    )
+    command.add_argument("--fail-above", type=values.positive, metavar="PX", help="exit with 1 if the error is larger")
     options.add_map(command)
     options.add_rendering(command)
     stores.add_options(command)

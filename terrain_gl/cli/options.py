@@ -168,16 +168,16 @@ def add_technical(command: Any) -> None:
     group = command.add_argument_group("technical")
     for name in _under("technical"):
         add_option(group, name)
-    group.add_argument(
-        "--backend",
-        metavar="NAME",
-        default="auto",
-        help="OpenGL from egl, osmesa, glfw, or auto (default)",
-    )
-    group.add_argument(
-        "--seed", type=int, metavar="N", help="has no effect: nothing in the drawing is random; accepted for scripts"
-    )
+    add_backend(group)
+    what = "has no effect: nothing in the drawing is random; accepted for scripts"
+    group.add_argument("--seed", type=int, metavar="N", help=what)
     add_json(group)
+
+
+def add_backend(command: Any) -> None:
+    """Add the option for the way to OpenGL."""
+    what = "OpenGL from egl, osmesa, glfw, or auto (default)"
+    command.add_argument("--backend", metavar="NAME", default="auto", help=what)
 
 
 def add_json(command: Any) -> None:

@@ -65,9 +65,8 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     sculptor = Sculptor(renderer)
     places = rng.random((count, 2)) * (east, north)
     renderer.editor.make_headroom(up_m=0.1 * (high - low), down_m=0.1 * (high - low))
-    sculptor.dab(
-        Brush("raise", min(heightmap.spacing_m), 0.01), *places[0]
-    )  # warm up: shaders are compiled before anything is timed
+    # warm up: shaders are compiled before anything is timed
+    sculptor.dab(Brush("raise", min(heightmap.spacing_m), 0.01), *places[0])
     times = []
     for i, place in enumerate([*places, *[(east / 2, north / 2)] * _IN_THE_MIDDLE]):
         brush = Brush(("raise", "lower")[i % 2], radius_posts * max(heightmap.spacing_m), 0.02 * (high - low))
@@ -215,15 +214,13 @@ def _profile(work: Callable[[], Any]) -> dict[Any, Any]:
 
 
 @cache
-def _profiler_s(calls: int = 20000) -> float:
+def _profiler_s() -> float:
     """Seconds that the profiler adds to a call of a function of C."""
-    nothing = (0).bit_length
 
     def many() -> None:
-        for _ in range(calls):
-            nothing()
+        for i in range(20000):
+            i.bit_length()
 
     # the minimum of several: other programs can only add time
-    return min(
-        own / n for _ in range(5) for (*_, name), (_, n, own, *_) in _profile(many).items() if "bit_length" in name
-    )
+    profiles = (_profile(many).items() for _ in range(5))
+    return min(own / n for profile in profiles for (*_, name), (_, n, own, *_) in profile if "bit_length" in name)

@@ -276,16 +276,13 @@ class Clipmap:
 
         low, high = SMALLEST_RING, 2 * SMALLEST_RING
         widest = 2 ** (len(self.terrain.levels) + 2)
-        while (
-            high < widest and count(high) < triangles
-        ):  # rings grow step by step, because counting wide ones takes long
+        while high < widest and count(high) < triangles:  # step by step, because counting wide rings takes long
             low, high = high + 1, 2 * high
         while low < high:
             middle = (low + high) // 2
             low, high = (low, middle) if count(middle) >= triangles else (middle + 1, high)
-        near = range(
-            max(SMALLEST_RING, low - 4), low + 5
-        )  # the count does not always grow with the ring, because of culling
+        # the count does not always grow with the ring, because of culling
+        near = range(max(SMALLEST_RING, low - 4), low + 5)
         off, ring = min((abs(count(ring) / triangles - 1), ring) for ring in near)
         return Rings(ring, finest), off
 
@@ -321,9 +318,8 @@ class Clipmap:
     def _cells(self, ring: int) -> np.ndarray:
         """Number of columns and rows of a ring's cells, both even. Both sides have about the same length in metres."""
         half = (ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)
-        whole = np.floor(half + [0.5, 0.499]).astype(
-            int
-        )  # halves are rounded up on one axis only, so that the number of cells grows in small steps
+        # halves are rounded up on one axis only, so that the number of cells grows in small steps
+        whole = np.floor(half + [0.5, 0.499]).astype(int)
         return 2 * np.maximum(whole, SMALLEST_RING // 2)
 
     def _spacing_m(self) -> float:

@@ -173,12 +173,7 @@ def entry_of(
 
 
 def best_pictured(
-    renderer: Renderer,
-    camera: Camera,
-    truth: Truth,
-    method: str,
-    tried: Sequence[dict[str, Any]],
-    **options: Any,
+    renderer: Renderer, camera: Camera, truth: Truth, method: str, tried: Sequence[dict[str, Any]], **options: Any
 ) -> dict[str, Any]:
     """The options among `tried` whose picture has the smallest RMSE, without supersampling."""
     if len(tried) == 1:

@@ -120,7 +120,6 @@ def fewest(
     between
         Whether baselines may have vertices between posts.
     """
-
     error = f"{options.get('metric') or 'max'}_error_px"
 
     def holds(triangles: float) -> dict[str, Any] | None:
@@ -162,12 +161,7 @@ def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near
 
 
 def details_of(
-    renderer: Renderer,
-    camera: Camera,
-    method: str,
-    triangles: int,
-    near_m: float | None = None,
-    between: bool = True,
+    renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None = None, between: bool = True
 ) -> list[dict[str, Any]]:
     """All options with which a method draws `triangles` triangles, the best guess first; `between` as for `detail_of`.
 

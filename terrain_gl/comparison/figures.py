@@ -51,33 +51,27 @@ class Words(NamedTuple):
 
 
 def _counts(entry: MethodResult) -> str:
-    stats = entry.stats
-    return (
-        f"{stats['triangles']:,} triangles\n{stats['rms_error_px']:.3f} px RMS, {stats['max_error_px']:.2f} px at most"
-    )
+    rms_px, max_px = (entry.stats[key] for key in ("rms_error_px", "max_error_px"))
+    return f"{entry.stats['triangles']:,} triangles\n{rms_px:.3f} px RMS, {max_px:.2f} px at most"
 
 
 def _flip(entry: MethodResult) -> str:
     return "FLIP unknown" if entry.stats["flip"] is None else f"FLIP {entry.stats['flip']:.4f}"
 
 
-OF_MESHES = Words(
-    LABELS, lambda found: f"every post: {found.stats['triangles']:,} triangles", _counts, "Screen error, pixels"
-)
-OF_LIGHT = Words(
-    LIGHT_LABELS,
-    lambda found: f"{found.stats['places']} places a pixel, by rays",
-    _flip,
-    "Difference, black 0 to white 1",
-)
+def _every_post(found: Comparison) -> str:
+    return f"every post: {found.stats['triangles']:,} triangles"
 
 
-def figure(
-    path: str | os.PathLike[str],
-    found: Study,
-    caption: Sequence[str],
-    words: Words = OF_MESHES,
-) -> None:
+def _places(found: Comparison) -> str:
+    return f"{found.stats['places']} places a pixel, by rays"
+
+
+OF_MESHES = Words(LABELS, _every_post, _counts, "Screen error, pixels")
+OF_LIGHT = Words(LIGHT_LABELS, _places, _flip, "Difference, black 0 to white 1")
+
+
+def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str], words: Words = OF_MESHES) -> None:
     """Write the figure: one column for the truth and for each method, with picture, inset and errors.
 
     Parameters

@@ -130,7 +130,7 @@ class GoldenPictures:
             return
         if not golden.exists():
             raise AssertionError(
-                f"there is no golden picture {golden}: run pytest --regenerate-terrain, look at it, and commit it"
+                f"there is no golden picture {golden}: make it by --regenerate-terrain, and look at it"
             )
         expected = read_image(golden)
         try:

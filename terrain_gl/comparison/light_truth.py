@@ -56,9 +56,8 @@ def render_light_truth(
         (height, width, 4) uint8 sRGB, first row on top.
     """
     options = options or RenderOptions()
-    ground = RenderOptions(
-        method="full", near_m=options.near_m, curvature=options.curvature, refraction=options.refraction
-    )
+    near_m, curvature, refraction = options.near_m, options.curvature, options.refraction
+    ground = RenderOptions(method="full", near_m=near_m, curvature=curvature, refraction=refraction)
     frame = renderer.select(camera, size, ground)
     parts = cut(size, fine, largest=2048)  # each part draws the whole mesh
     image = np.empty((size[1], size[0], 4), np.uint8)
@@ -72,12 +71,8 @@ def render_light_truth(
         directions, weights = dome(*sky.radiance.shape[:2])
         below = directions[:, 2] < 0
         hidden = np.average(sky.radiance.reshape(-1, 3)[below], axis=0, weights=weights[below])
-        uniforms: dict[str, Any] = {
-            "hidden": tuple(hidden),
-            "sun_disc": math.radians(SUN_RADIUS_DEG),
-            "run": i,
-            "rays": rays_of(fine),
-        }
+        disc = math.radians(SUN_RADIUS_DEG)
+        uniforms: dict[str, Any] = {"hidden": tuple(hidden), "sun_disc": disc, "run": i, "rays": rays_of(fine)}
         light = picture.note("comparison/truth/light.frag", 4, "f4", **uniforms)
         image[piece.rows, piece.cols] = developed(light, fine, exposure(sky))
         if progress:

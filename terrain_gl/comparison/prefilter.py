@@ -38,11 +38,8 @@ class Mipmaps:
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
         self._sweep.run(towards, self._horizon)
         self.terrain.bind()
-        bind(
-            "comparison/prefilter/record.comp",
-            u_horizons=self._horizon,
-            **dict(zip(_TEXTURES, self.textures, strict=True)),
-        )
+        textures = dict(zip(_TEXTURES, self.textures, strict=True))
+        bind("comparison/prefilter/record.comp", u_horizons=self._horizon, **textures)
         gl.write_uniforms(self._record, **sun_uniforms(sun, radius), towards=towards)
         self._record.run(-(-self.textures[0].width // 64), self.textures[0].height)
         self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)

@@ -138,9 +138,8 @@ def _at(scale: ScreenScale, where: tuple[np.ndarray, np.ndarray]) -> ScreenScale
 def _worst_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:
     """Largest true error on the screen of each node as two triangles, over its posts in the picture."""
     here = _at(scale, per_node(*node_axes(heights.shape, level)))
-    return np.maximum(
-        *(np.where(here.seen, shift_px(here, error), 0.0).max((1, 3)) for error in quad_errors(heights, level))
-    )
+    shifts_px = (np.where(here.seen, shift_px(here, error), 0.0) for error in quad_errors(heights, level))
+    return np.maximum(*(shift.max((1, 3)) for shift in shifts_px))
 
 
 def _squares_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:

@@ -220,9 +220,7 @@ def _check(keyframes: Sequence[Keyframe], closed: bool, seconds: float | None) -
     for name in ("seconds", "sun"):
         named = [getattr(keyframe, name) is not None for keyframe in keyframes]
         if any(named) and not all(named):
-            raise UsageError(
-                f"keyframe {named.index(False) + 1}: no {name}, but others have it: give it to all or none"
-            )
+            raise UsageError(f"keyframe {named.index(False) + 1}: no {name}, but others have it: give all or none")
     if seconds is not None and not 0 < seconds < 1e6:
         raise UsageError(f"seconds: expected more than 0 and less than a million, got {seconds:g}")
     if keyframes[0].seconds is not None:

@@ -179,9 +179,7 @@ def read_sky(path: str | os.PathLike[str]) -> Sky:
     pixels = read_image(path, MOST_PIXELS)
     rows, cols = pixels.shape[:2]
     if cols != 2 * rows or rows < 2:
-        raise TerrainError(
-            f"{path}: a sky must be twice as wide as high, got {cols}x{rows}: use an equirectangular one"
-        )
+        raise TerrainError(f"{path}: an equirectangular sky is twice as wide as high, got {cols}x{rows}")
     if pixels.dtype.kind != "f":
         raise TerrainError(f"{path}: holds {pixels.dtype} colours, which are too dark for a sun: use .hdr or .exr")
     light = pixels[..., :3].astype(np.float64)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..basics.steps import Steps, drain
+from ..basics.steps import Steps
 from ..error import ErrorTables
 from ..gpu.context import create_context
 from ..gpu.selftest import check_driver
@@ -30,23 +30,8 @@ class Records(NamedTuple):
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
-def records_of(
-    heights: np.ndarray,
-    spacing_m: Spacing,
-    range_m: tuple[float, float],
-    levels: int,
-    void: np.ndarray | None = None,
-) -> list[Records]:
-    """Records of a part of a map: see `record_steps`."""
-    return drain(record_steps(heights, spacing_m, range_m, levels, void))
-
-
 def record_steps(
-    heights: np.ndarray,
-    spacing_m: Spacing,
-    range_m: tuple[float, float],
-    levels: int,
-    void: np.ndarray | None = None,
+    heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, float], levels: int, void: np.ndarray | None = None
 ) -> Steps[list[Records]]:
     """Records of levels 1 to `levels` for all nodes over these posts; yields progress from 0 to 1.
 

@@ -114,9 +114,7 @@ class EditedMap(PagedMap):
             return None
         marks = self.base.lattice_marks(0, *area)
         if marks is not None and (marks[changed] & VOID).any():
-            raise TerrainError(
-                f"{self.name}: an edit gives heights to voids, which a store keeps: build it again with them"
-            )
+            raise TerrainError(f"{self.name}: a store keeps its voids: to give them heights, build it again")
         self._check(new)
         rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
         stored, old, new = (each[rows, cols] for each in (stored, old, new))
@@ -252,9 +250,8 @@ class EditedMap(PagedMap):
         """Read a page with its edits."""
         level, row, col = key
         page = self._roots[key] if key in self._roots else self.base.page(key)
-        rows, cols = (
-            slice(k * self.tile, k * self.tile + n - 1) for k, n in zip((row, col), page.heights.shape, strict=True)
-        )
+        places = zip((row, col), page.heights.shape, strict=True)
+        rows, cols = (slice(k * self.tile, k * self.tile + n - 1) for k, n in places)
         posts = slice(rows.start, rows.stop + 1), slice(cols.start, cols.stop + 1)
         heights = self._patched(page.heights, level, posts)
         marks = None if page.marks is None else self._dried(page.marks, level, posts)

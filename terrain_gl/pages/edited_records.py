@@ -122,9 +122,8 @@ class EditedRecords:
 
     def _squares(self, level: int, area: Area) -> np.ndarray:
         """Which nodes of an area lie wholly on the map."""
-        rows, cols = (
-            (np.arange(s.start, s.stop) + 1) << level <= last for s, last in zip(area, self._last, strict=True)
-        )
+        places = zip(area, self._last, strict=True)
+        rows, cols = ((np.arange(s.start, s.stop) + 1) << level <= last for s, last in places)
         return rows[:, None] & cols
 
 

@@ -320,9 +320,7 @@ class PagePool:
         across = min(math.isqrt(max(most, 0)), limits["texture_size"] // (side + 1))
         slots = across**2
         if slots < self.numbering.total and slots < 4 * len(self.roots):
-            raise TerrainError(
-                f"{heightmap.name}: needs more memory for its coarsest tiles: give more --gpu-memory and --memory"
-            )
+            raise TerrainError(f"{heightmap.name}: its coarsest tiles need more --gpu-memory and --memory")
         if slots > self.numbering.total:
             across = math.isqrt(self.numbering.total - 1) + 1
             slots = min(slots, across**2)

@@ -28,9 +28,7 @@ def open_npy(path: str, name: str) -> Raster:
         raise TerrainError(f"{name}: holds a {kind} array: expected numbers of shape (rows, cols)")
     shape = (*array.shape, 1)[:3]
     if shape[2] > MAX_CHANNELS:
-        raise TerrainError(
-            f"{name}: holds an array of shape {array.shape}: expected (rows, cols), save one layer of it"
-        )
+        raise TerrainError(f"{name}: has shape {array.shape}: expected (rows, cols), save one layer")
     if not array.flags.c_contiguous and array.ndim == 3:
         raise TerrainError(f"{name}: is in Fortran order: save numpy.ascontiguousarray(array)")
     return Raster(

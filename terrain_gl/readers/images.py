@@ -27,9 +27,7 @@ def open_oiio(path: str, name: str) -> Raster:
         raise TerrainError(f"{name}: is a deep, volume or many-channel image: keep one channel of heights")
     bits = spec.get_int_attribute("oiio:BitsPerSample", 0)
     if spec.tile_width and bits > 16 and bits != 32:  # OpenImageIO 3.0 to 3.2 reads nothing, without an error
-        raise TerrainError(
-            f"{name}: is a tiled TIFF of {bits}-bit values, which only GDAL reads rightly: {INSTALL_GEO}"
-        )
+        raise TerrainError(f"{name}: is a tiled TIFF of {bits} bits, which only GDAL reads rightly: {INSTALL_GEO}")
     shape = (spec.height, spec.width, spec.nchannels)
     has_alpha = spec.nchannels > 1 and spec.alpha_channel == spec.nchannels - 1
     dtype = np.dtype({"uint": "uint32", "int": "int32", "half": "float16"}.get(str(spec.format), str(spec.format)))

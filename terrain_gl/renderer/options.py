@@ -171,9 +171,7 @@ class RenderOptions:
         None, "detail", Flag("--max-error", "positive", "screen error (default: 1)", "PX")
     )
     triangles: int | None = _option(
-        None,
-        "detail",
-        Flag("--triangles", "count", "at most N, for the least error; of baselines about N", "N"),
+        None, "detail", Flag("--triangles", "count", "at most N, for the least error; of baselines about N", "N")
     )
     parameters: Parameters | None = _option(
         None,
@@ -237,10 +235,7 @@ class RenderOptions:
         choices=EDGES,
     )
     grain: str = _option(
-        "on",
-        "picture",
-        Flag("--grain", "choice", "bumps below the posts' spacing, in the light alone"),
-        choices=GRAINS,
+        "on", "picture", Flag("--grain", "choice", "bumps below the posts' spacing, in the light alone"), choices=GRAINS
     )
     contour_m: float | None = _option(
         None,
@@ -314,17 +309,13 @@ class RenderOptions:
             if self.max_error_px is None:
                 object.__setattr__(self, "max_error_px", 1.0)
             elif not 0 < self.max_error_px < LOOSEST_PX:
-                raise UsageError(
-                    f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}"
-                )
+                raise UsageError(f"max error must be above 0 and below 1,000,000 pixels, got {self.max_error_px:g}")
         elif self.parameters:
             raise UsageError("triangles and a baseline's own parameters: give only one of them, it decides the other")
         elif self.max_error_px is not None:
             raise UsageError("max error and triangles: give only one of them, it decides the other")
         elif self.method in EVERY_POST:
-            raise UsageError(
-                f"triangles: method {self.method} draws every post; choose another method or leave triangles out"
-            )
+            raise UsageError(f"triangles: method {self.method} draws every post; choose another method")
         elif not 2 <= self.triangles < 2**31 or self.triangles != int(self.triangles):
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
 

@@ -90,9 +90,7 @@ def _loaded(source: Any) -> tuple[str, Any, Any]:
         return "overlay", source, _crs_of(source)
     if hasattr(source, "__geo_interface__"):
         return "overlay", source.__geo_interface__, getattr(source, "crs", None)
-    raise TerrainError(
-        f"overlay: expected a GeoJSON file or an object with __geo_interface__, got {type(source).__name__}"
-    )
+    raise TerrainError(f"overlay: expected a file or __geo_interface__, got {type(source).__name__}")
 
 
 def _read(name: str) -> tuple[Any, Any]:

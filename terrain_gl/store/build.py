@@ -85,9 +85,7 @@ def build(
     if workers > 1 and windows.identity is None and not address:
         raise UsageError("an object in memory is built in this process: leave workers at 1")
     if min(windows.shape) < 2:
-        raise TerrainError(
-            f"{windows.name}: has {windows.shape[1]} x {windows.shape[0]} posts: expected at least 2 x 2"
-        )
+        raise TerrainError(f"{windows.name}: {windows.shape[1]} x {windows.shape[0]} posts: expected at least 2 x 2")
     if tile & tile - 1 or shard & shard - 1 or not 8 <= tile <= shard:
         raise UsageError(f"tile and shard must be powers of two, 8 ≤ tile ≤ shard, got {tile} and {shard}")
     spacing = both(spacing_m if spacing_m is not None else windows.spacing_m or 1.0)
@@ -213,13 +211,11 @@ class BuildJournal:
         checks = self._checks()
         shards = of_source(job.pyramid)
         filled = [task._replace(phase="voids", level=3) for task in shards]
-        hashes = "".join(
-            self.results.get(last, self.results[first])["sha256"] for first, last in zip(shards, filled, strict=True)
-        )
-        about = describe(
-            job.pyramid, os.path.basename(job.source.name), job.spacing_m, self.range_m, job.source.georeference
-        )
+        pairs = zip(shards, filled, strict=True)
+        hashes = "".join(self.results.get(last, self.results[first])["sha256"] for first, last in pairs)
         source = job.source
+        name = os.path.basename(source.name)
+        about = describe(job.pyramid, name, job.spacing_m, self.range_m, source.georeference)
         is_of_earth = source.is_told or source.georeference is not None or not not_of_the_earth(self.range_m)
         about |= {
             "look": job.look,
@@ -231,7 +227,7 @@ class BuildJournal:
             "sea_m": self.sea_m,
             "filled_voids": sum(found["filled"] for found in self._of_source()),
             "fill_m": job.fill_m,
-            "source": job.source.identity,
+            "source": source.identity,
             "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
             "checks_sha256": checks.sha256,
         }
@@ -261,9 +257,7 @@ class BuildJournal:
             for key in (*StoreSizes._fields, "spacing_m", "fill_m", "look", "assumes_spacing", "source")
         )
         if not same or self.job.source.identity is None:
-            raise TerrainError(
-                f"{self.job.path}: is a store of another map, or of one that has changed: remove it first"
-            )
+            raise TerrainError(f"{self.job.path}: is a store of another map or a changed one: remove it first")
         self.is_finished = True
         shutil.rmtree(self._built, ignore_errors=True)
 

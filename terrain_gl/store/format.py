@@ -169,9 +169,8 @@ class Arrays:
         layout = [{"asset": "heights/0", "scale": [1.0, 1.0], "translation": [0.0, 0.0]}]
         for level in range(1, self.pyramid.top + 1):
             finer = f"heights/{level - 1}"
-            layout.append(
-                {"asset": f"heights/{level}", "derived_from": finer, "scale": [2.0, 2.0], "translation": [0.0, 0.0]}
-            )
+            place = {"scale": [2.0, 2.0], "translation": [0.0, 0.0]}
+            layout.append({"asset": f"heights/{level}", "derived_from": finer, **place})
         group = zarr_library().open_group(str(self.path), mode="r+", zarr_format=3)
         group.attrs.put(
             {
@@ -210,11 +209,7 @@ def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def describe(
-    pyramid: StoreSizes,
-    name: str,
-    spacing_m: Spacing,
-    range_m: tuple[float, float],
-    georeference: Georeference | None,
+    pyramid: StoreSizes, name: str, spacing_m: Spacing, range_m: tuple[float, float], georeference: Georeference | None
 ) -> dict[str, Any]:
     """The part of a store's description that `pyramid_of` and `georeference_of` read."""
     place = {"transform": list(georeference.grid), "crs": georeference.crs} if georeference else None

@@ -24,9 +24,10 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..basics.steps import drain
 from ..gpu.layout import VOID
 from ..heightmap import MAX_HEIGHT_M
-from ..pages.crop import APRON, Records, records_of
+from ..pages.crop import APRON, Records, record_steps
 from ..pages.marks import coarser, marks_of_cells
 from . import voids, water
 from .job import BuildJob, Task, write_part
@@ -173,7 +174,7 @@ def measure(job: BuildJob, task: Task) -> dict[str, Any]:
     at = (task.row, task.col)
     posts = area(pyramid.posts(0), pyramid.shard, at, beyond=APRON)
     void = (arrays.read("marks", 0, posts) & VOID) > 0 if job.is_marked else None
-    found = records_of(arrays.read("heights", 0, posts), job.spacing_m, job.range_m, pyramid.top, void)
+    found = drain(record_steps(arrays.read("heights", 0, posts), job.spacing_m, job.range_m, pyramid.top, void))
     part: dict[str, np.ndarray] = {}
     noted: dict[str, Any] = {"checks": []}
     for level, records in enumerate(found, 1):

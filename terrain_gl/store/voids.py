@@ -133,10 +133,8 @@ def _shards_over(where: Area, side: int) -> list[tuple[tuple[int, int], Area, Ar
     rows, cols = where
     for row in range(rows.start // side, -(-rows.stop // side)):
         for col in range(cols.start // side, -(-cols.stop // side)):
-            both = [
-                slice(max(s.start, k * side), min(s.stop, (k + 1) * side))
-                for s, k in zip(where, (row, col), strict=True)
-            ]
+            at = list(zip(where, (row, col), strict=True))
+            both = [slice(max(s.start, k * side), min(s.stop, (k + 1) * side)) for s, k in at]
             inside = [slice(b.start - k * side, b.stop - k * side) for b, k in zip(both, (row, col), strict=True)]
             part = [slice(b.start - s.start, b.stop - s.start) for b, s in zip(both, where, strict=True)]
             found.append(((row, col), (inside[0], inside[1]), (part[0], part[1])))

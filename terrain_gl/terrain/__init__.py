@@ -7,12 +7,4 @@ water      which posts are lakes or the sea
 
 from .terrain import Terrain, block_of, quantisation_range, sea_of, steps_of, steps_per_m, widened_range
 
-__all__ = [
-    "Terrain",
-    "block_of",
-    "quantisation_range",
-    "sea_of",
-    "steps_of",
-    "steps_per_m",
-    "widened_range",
-]
+__all__ = ["Terrain", "block_of", "quantisation_range", "sea_of", "steps_of", "steps_per_m", "widened_range"]

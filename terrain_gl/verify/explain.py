@@ -182,12 +182,7 @@ class PatchExplainer:
         )
 
     def _explain_ring(
-        self,
-        surface: RingsSelector,
-        selection: Selection,
-        post: tuple[float, float],
-        tolerance_px: float,
-        metric: str,
+        self, surface: RingsSelector, selection: Selection, post: tuple[float, float], tolerance_px: float, metric: str
     ) -> Explanation | None:
         patches = surface.chosen(selection)
         at = _over(patches, post)

@@ -14,12 +14,7 @@ _PAIRS = (((0, 1), (0, -1)), ((1, 0), (-1, 0)), ((1, 1), (-1, -1)), ((1, -1), (-
 
 
 def count_holes(
-    covered: np.ndarray,
-    heightmap: Heightmap,
-    camera: Camera,
-    size: tuple[int, int],
-    near_m: float,
-    tolerance_px: float,
+    covered: np.ndarray, heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float, tolerance_px: float
 ) -> int:
     """Count the pixels that no triangle covers although the true surface does.
 

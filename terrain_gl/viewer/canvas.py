@@ -9,9 +9,7 @@ import moderngl
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
 from ..renderer import Renderer
-
-Size = tuple[int, int]
-Frame = tuple[int, int, int, int]
+from .window_state import Frame, Size
 
 
 class Canvas:

@@ -72,9 +72,9 @@ def lines(patch: Explanation) -> list[str]:
 
 
 def _verdict(coarser: Choice) -> str:
-    return (
-        "is too coarse" if coarser.lookup and coarser.lookup.above else "suffices, but rings or neighbours ask for more"
-    )
+    if coarser.lookup and coarser.lookup.above:
+        return "is too coarse"
+    return "suffices, but rings or neighbours ask for more"
 
 
 def _answer(choice: Choice, verdict: str) -> str:

@@ -17,12 +17,10 @@ HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
 
 def title(patch: Explanation) -> str:
     """The kind of the patch, in a line."""
+    if patch.chosen.segments == 0 and patch.level:
+        return f"A fan over {patch.side} × {patch.side} posts"
     if patch.chosen.segments == 0:
-        return (
-            f"A fan over {patch.side} × {patch.side} posts"
-            if patch.level
-            else "A fan over one cell, around the mean of its posts"
-        )
+        return "A fan over one cell, around the mean of its posts"
     t = patch.chosen.segments
     quads = "one quad" if t == 1 else f"{t} × {t} quads"
     return f"A patch of {quads}, {patch.chosen.step:g} post{'s' * (patch.chosen.step > 1)} apart"
@@ -64,30 +62,23 @@ def reasons(patch: Explanation) -> list[str]:
     if patch.chosen.max_m == 0:
         return ["The triangles are the true surface. So the error is zero."]
     what = "The largest error of its surface" if patch.metric == "max" else "The RMS error of its surface"
-    limit = (
-        f"The tolerance is {patch.tolerance_px:.3g} px."
-        if np.isfinite(patch.tolerance_px)
-        else "The level is what the budget of triangles allows."
-    )
-    return [
+    limit = "The level is what the budget of triangles allows."
+    if np.isfinite(patch.tolerance_px):
+        limit = f"The tolerance is {patch.tolerance_px:.3g} px."
+    sentences = [
         f"The nearest corner of its bounding box has a depth of {metres(patch.nearest_m)}. There, one metre of height"
         f" is at most {patch.px_per_m:.3g} px.",
         f"{what} is at most {error} (from the tables), so at most {patch.chosen.px:.3g} px. {limit}",
-        *_edges(patch),
     ]
+    if bound_px(patch) > patch.chosen.px:
+        edges = "Edges next to finer patches are cut more finely."
+        sentences.append(f"{edges} With them the patch stays within {patch.bound_px:.3g} px.")
+    return sentences
 
 
 def _place(place: tuple[float, float]) -> str:
     """A place in world metres."""
     return f"x {place[0]:,.0f} m, y {place[1]:,.0f} m"
-
-
-def _edges(patch: Explanation) -> list[str]:
-    if patch.bound_px is None or not patch.bound_px > patch.chosen.px:
-        return []
-    return [
-        f"Edges next to finer patches are cut more finely. With them the patch stays within {patch.bound_px:.3g} px."
-    ]
 
 
 def side_line(

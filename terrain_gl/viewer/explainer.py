@@ -46,9 +46,8 @@ class Explainer:
         self.error_box: ErrorBox | None = None
         self.place: np.ndarray | None = None
         self.box: BoxSum | None = None
-        self._split_from: tuple[RenderOptions, RenderOptions] | None = (
-            None  # the options of one picture, and of its left side
-        )
+        # the options of one picture, and of its left side
+        self._split_from: tuple[RenderOptions, RenderOptions] | None = None
 
     def forget(self) -> None:
         """Forget the explanation and the box, because the map has changed."""

@@ -55,9 +55,8 @@ class Filming:
             return None
         begun_s = views[0][0]
         moving_sun = len({sun for _, _, sun in views}) > 1
-        return CameraPath(
-            [Keyframe(camera, now_s - begun_s, sun if moving_sun else None) for now_s, camera, sun in _thinned(views)]
-        )
+        timed = ((now_s - begun_s, camera, sun) for now_s, camera, sun in _thinned(views))
+        return CameraPath([Keyframe(camera, at_s, sun if moving_sun else None) for at_s, camera, sun in timed])
 
 
 def _thinned(views: list[tuple[float, Camera, Sun]]) -> Iterator[tuple[float, Camera, Sun]]:

@@ -61,9 +61,8 @@ class GuiDraw:
         self._vertices = self.ctx.buffer(reserve=vertex_bytes, dynamic=True)
         self._indices = self.ctx.buffer(reserve=index_bytes, dynamic=True)
         content = [(self._vertices, "2f4 2f4 4f1", "in_at_px", "in_texel", "in_color")]
-        self._vao = self.ctx.vertex_array(
-            self._program, content, self._indices, index_element_size=self.imgui.INDEX_SIZE
-        )
+        itemsize = self.imgui.INDEX_SIZE
+        self._vao = self.ctx.vertex_array(self._program, content, self._indices, index_element_size=itemsize)
 
     def _upload(self, triangles: Any) -> None:
         vertices = _bytes(triangles.vtx_buffer, self.imgui.VERTEX_SIZE)

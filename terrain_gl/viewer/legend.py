@@ -58,8 +58,6 @@ def legend(options: RenderOptions) -> Legend | None:
         "segments": Legend(VIRIDIS, "one quad", "32 × 32", borders),
         "cracks": Legend(PALE, "one quad", "32 × 32", "Red: a crack, through which one looks under the land."),
         "promise": Legend(INFERNO, "0", most, f"Grey: no bound. {over}", between),
-        "visibility": Legend(
-            VISIBLE, "neither", "sun alone", "Blue: share of the sky. Yellow: of the sun. White: both."
-        ),
+        "visibility": Legend(VISIBLE, "neither", "sun alone", "Blue: the sky's share. Yellow: the sun's. White: both."),
         "error": Legend(INFERNO, "0", most, f"{over} Grey: no data.", between),
     }.get(options.style)

@@ -13,14 +13,13 @@ from .pointer import Pointer
 from .ruler import Ruler
 from .scene import Scene
 from .sculpting import Sculpting
-from .window_state import Size
+from .window_state import Frame, Size
 
 _FRUSTUM = (255, 205, 120, 255)
 _PICKED = (255, 120, 90, 255)
 _BRUSH = (255, 255, 255, 230)
 _RULER = (255, 235, 90, 255)
 _CORNER = 0.008  # radius of the ring around a corner of the ruler, as a part of the distance
-Frame = tuple[int, int, int, int]
 
 
 def lines_on_land(
@@ -49,7 +48,7 @@ def lines_on_land(
 
 
 def sums_frame(heightmap: Heightmap, size: Size, scale: float) -> Frame:
-    """Where the summed-area table is shown: left, bottom, width and height in pixels, from the lower left."""
+    """Where the summed-area table is shown."""
     side = 0.38 * min(size)
     width, height = (max(1, round(side * n / max(heightmap.heights.shape))) for n in (heightmap.cols, heightmap.rows))
     margin = round(10 * scale)

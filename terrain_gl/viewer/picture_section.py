@@ -107,14 +107,8 @@ def _light(ui: Widgets, settings: Settings, draft: PictureDraft, latitude_deg: f
         return
     azimuth, elevation = options.sun
     form = "%.1f h" if options.sun == _sun_at(draft.hour, latitude_deg) else "as below"
-    hour = ui.slide(
-        "time of day",
-        draft.hour,
-        4.0,
-        20.0,
-        "The sun on a day of August, at the latitude of the map; of the Alps if the map gives none.",
-        form,
-    )
+    hint = "The sun on a day of August, at the latitude of the map; of the Alps if the map gives none."
+    hour = ui.slide("time of day", draft.hour, 4.0, 20.0, hint, form)
     turned = ui.slide("sun azimuth", azimuth % 360, 0.0, 360.0, "Where the sun is, clockwise from north.", "%.0f°")
     raised = ui.slide("sun elevation", elevation, -10.0, 90.0, "How high the sun is above the horizon.", "%.0f°")
     if hour is not None:

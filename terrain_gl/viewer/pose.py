@@ -55,11 +55,8 @@ class Pose:
         if abs(up) > math.sin(math.radians(STEEPEST_DEG)):
             return self
         turn = math.atan2(right, math.sqrt(1 - up * up))
-        return replace(
-            self,
-            azimuth_deg=(self.azimuth_deg - math.degrees(turn)) % 360,
-            elevation_deg=math.degrees(math.asin(up)),
-        )
+        azimuth_deg = (self.azimuth_deg - math.degrees(turn)) % 360
+        return replace(self, azimuth_deg=azimuth_deg, elevation_deg=math.degrees(math.asin(up)))
 
     def towards(self, other: Pose, share: float) -> Pose:
         """A pose on the way to another, `share` 0 to 1; the camera turns the short way."""

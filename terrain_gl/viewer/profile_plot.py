@@ -81,9 +81,8 @@ def _plot(ui: Widgets, measured: Profile) -> None:
         draw.add_line((x, y0), (x, y0 + height_px), grid)
         word = metres(along_m) if along_m else "0"
         half = 0.5 * imgui.calc_text_size(word)[0]
-        draw.add_text(
-            (min(max(x - half, x0 - 0.3 * em), left + across - 2 * half), y0 + height_px + 0.2 * em), text, word
-        )
+        place = min(max(x - half, x0 - 0.3 * em), left + across - 2 * half), y0 + height_px + 0.2 * em
+        draw.add_text(place, text, word)
     foot = y0 + height_px
     ways_m = np.linspace(0.0, measured.length_m, max(2, round(width)))
     shown = np.interp(ways_m, measured.along_m[known], measured.height_m[known])

@@ -40,11 +40,9 @@ class FrameSpec:
     def lit_look(self) -> Look:
         """The look for which light is made, with only the options that matter for light."""
         lit = next((side.shading for side in self.sides if side.shading.is_lit), None)
-        return (
-            Look(sun=lit.sun, sky=lit.sky, material=lit.material, land=lit.land, ramp_range=lit.ramp_range)
-            if lit
-            else Look(UNLIT)
-        )
+        if lit is None:
+            return Look(UNLIT)
+        return Look(sun=lit.sun, sky=lit.sky, material=lit.material, land=lit.land, ramp_range=lit.ramp_range)
 
 
 class Scene:

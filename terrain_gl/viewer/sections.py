@@ -33,9 +33,7 @@ BUDGET_HINTS = {
     "max": "At most so many triangles, for the smallest largest error. Changing the tolerance ends it.",
     "rms": "At most so many triangles, for the least squared errors. Changing the tolerance ends it.",
 }
-METRIC_HINT = (
-    "What the tolerance bounds, or the budget minimises (M): the largest error, or the root mean square of all errors."
-)
+METRIC_HINT = "What the tolerance bounds, or the budget minimises (M): the largest error, or the RMS of all."
 SAVE_MAP = "Save the map", "As 16-bit PNG, float TIFF or EXR: the ending of the name decides (Ctrl S)."
 SAVE_EDITS = "Save the edits", "As GeoTIFF, or as .npz: the store stays as it is (Ctrl S)."
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
@@ -49,9 +47,8 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Sce
     stats = [*painter.side_stats, painter.frame.stats][settings.active]  # a new side has no stats yet
     tolerance_px = options.max_error_px or stats.get("certified_max_error_px") or 1.0
     hint = BASELINE_HINT if options.method in BASELINES else TOLERANCE_HINTS[options.metric]
-    changes: dict[str, Any] = {
-        "max_error_px": ui.slide("tolerance", tolerance_px, *TOLERANCES_PX, hint, "%.3g px", True)
-    }
+    changes: dict[str, Any] = {}
+    changes["max_error_px"] = ui.slide("tolerance", tolerance_px, *TOLERANCES_PX, hint, "%.3g px", True)
     changes["metric"] = ui.choose("metric", options.metric, CHOICES["metric"], METRIC_HINT)
     if scene.is_paged:
         ui.imgui.text_disabled("A store is drawn by sat, within a tolerance.")
@@ -165,15 +162,8 @@ def camera_section(ui: Widgets, scene: Scene, press: Press) -> None:
         controller.change_mode(mode)
     extent = max(controller.heightmap.extent_m)
     form = metres_form(controller.speed_m_s) + "/s"
-    speed = ui.slide(
-        "speed",
-        controller.speed_m_s,
-        1e-5 * extent,
-        extent,
-        "Speed of W A S D (Shift wheel). It grows with the height above ground.",
-        form,
-        True,
-    )
+    hint = "Speed of W A S D (Shift wheel). It grows with the height above ground."
+    speed = ui.slide("speed", controller.speed_m_s, 1e-5 * extent, extent, hint, form, True)
     if speed is not None:
         controller.speed_m_s = speed
     fov = ui.slide("field of view", controller.fov_deg, 1.0, 120.0, "Vertical angle (Ctrl wheel).", "%.0f°")

@@ -25,7 +25,7 @@ from .image_reader import ImageReader
 from .lecture import Lecture
 from .loading import Opened
 from .map_loader import MapLoader
-from .marks import Frame, lines_on_land, sums_frame
+from .marks import lines_on_land, sums_frame
 from .memory import Memory
 from .mouse import Mouse
 from .painter import REST_S, Painter
@@ -38,7 +38,7 @@ from .sculpting import Sculpting
 from .settings import Settings
 from .state import apply, state_of
 from .store_tiles import StoreTiles, never_wait
-from .window_state import Size, WindowState
+from .window_state import Frame, Size, WindowState
 
 HINT_S = 10.0
 QUIT_S = 5.0  # Esc closes the window if it is pressed again within this time
@@ -350,7 +350,7 @@ class Viewer:
 
     def step(self, now_s: float) -> bool:
         """Work for a while; returns whether the window must be drawn again."""
-        self.window.begin_frame(now_s)
+        self.window.now_s = now_s
         if arrived := self.loader.step():
             self.show(*arrived)
         if not self.window.is_visible:
@@ -410,16 +410,14 @@ class Viewer:
         lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
         if lines := [*self._draped, *lines]:
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
-            width_px = 2 * self.window.scale
-            self._lines.draw(
-                scene.renderer.picture, scene.controller.camera, self.target, self.window.size, lines, width_px
-            )
+            seen = scene.controller.camera, self.target, self.window.size
+            self._lines.draw(scene.renderer.picture, *seen, lines, 2 * self.window.scale)
         if (box := self.explainer.box) and not self.settings.help:
             canvas.show_sums(scene.renderer, self.target, self.sums_frame, box.box)
 
     @property
     def sums_frame(self) -> Frame:
-        """Where the summed-area table is shown: left, bottom, width and height, from the lower left."""
+        """Where the summed-area table is shown."""
         return sums_frame(self.scene.heightmap, self.window.size, self.window.scale)
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 Size = tuple[int, int]
+Frame = tuple[int, int, int, int]  # left, bottom, width and height in pixels, from the lower left
 MESSAGE_S = 5.0
 
 
@@ -62,10 +63,6 @@ class WindowState:
         """Store a new size."""
         self.size = size
         self.refresh()
-
-    def begin_frame(self, now_s: float) -> None:
-        """Store the time of a new frame."""
-        self.now_s = now_s
 
     def end_message(self) -> None:
         """Remove the message when its time is over."""
