@@ -1,7 +1,5 @@
 """Image files: write pictures, read pictures, and compare two of them."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Callable, Iterator

@@ -5,8 +5,6 @@ posts, and between posts where cells are cut (glsl/mesh/patch.tese). The shaders
 put_vertex() (glsl/mesh/vertex.glsl).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any

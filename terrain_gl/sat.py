@@ -9,8 +9,6 @@ Differences of wrapped sums are exact: any box whose own sum is below 2^bits com
 Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `reference.box_sum`.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple, TypeAlias
 
 import moderngl

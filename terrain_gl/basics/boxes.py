@@ -1,7 +1,5 @@
 """Sums over all boxes of one size, by a summed-area table in numpy."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -1,7 +1,5 @@
 """Checks of input files. Only regular files are read: opening a pipe may wait for ever, and a device has no end."""
 
-from __future__ import annotations
-
 import os
 import stat
 

@@ -1,7 +1,5 @@
 """The largest map that can be held in memory, and the command for larger ones."""
 
-from __future__ import annotations
-
 import os
 import shlex
 

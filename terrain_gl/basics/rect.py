@@ -1,7 +1,5 @@
 """Rectangles of posts: the posts that an edit changed or that must be computed again, and the nodes over them."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

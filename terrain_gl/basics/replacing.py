@@ -1,7 +1,5 @@
 """Write a file so that it appears under its name only when it is complete."""
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import errno

@@ -1,7 +1,5 @@
 """The folders of files that come with the code: `glsl` and `heightmaps`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 FOLDERS = ("glsl", "heightmaps")

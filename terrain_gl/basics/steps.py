@@ -4,8 +4,6 @@ A function `something_steps()` is a generator. It yields its progress, from 0 to
 result at the end. A caller that must not wait takes a few steps at a time; others call `drain`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """Numbers as text for users."""
 
-from __future__ import annotations
-
 
 def metres(value: float) -> str:
     """A length as text, with about three digits: 0.85 m, 12.4 m, 870 m, 5.2 km."""

@@ -5,8 +5,6 @@ body. Air bends light downwards, too; with the coefficient of refraction k, the 
 Between posts the drop is bilinear, like the heights (glsl/blocks/view.glsl).
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

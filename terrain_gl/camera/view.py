@@ -1,7 +1,5 @@
 """The view: the camera in one uniform block, which every shader reads (glsl/blocks/view.glsl)."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -3,8 +3,6 @@
 Exit status: 0 done, 1 the work failed, 2 wrong use. An error is one line on standard error.
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import os

@@ -1,7 +1,5 @@
 """`terrain-gl bench`: times, triangles and memory, stage by stage."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from typing import Any

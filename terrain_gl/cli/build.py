@@ -1,7 +1,5 @@
 """`terrain-gl build`: a store beside a map, for maps larger than memory."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from typing import Any

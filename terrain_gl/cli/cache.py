@@ -1,7 +1,5 @@
 """`terrain-gl cache`: the stores that were made of large rasters."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import time

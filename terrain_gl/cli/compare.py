@@ -1,7 +1,5 @@
 """`terrain-gl compare`: every method side by side, as in Fig. D.1 of the supplement of Li et al. 2021."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

@@ -1,7 +1,5 @@
 """`terrain-gl diff`: how much two pictures differ."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from typing import Any

@@ -1,7 +1,5 @@
 """Notes on requests that a picture cannot show: options without effect, and pictures without land."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Iterator

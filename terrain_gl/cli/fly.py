@@ -1,7 +1,5 @@
 """`terrain-gl fly`: a flight over a map, as a film or a folder of pictures."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import sys

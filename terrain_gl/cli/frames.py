@@ -3,8 +3,6 @@
 Each worker has its own renderer. A frame does not depend on the frames before it, so all of them draw the same pixels.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import io

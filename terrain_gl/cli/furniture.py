@@ -1,7 +1,5 @@
 """`--furniture`: title, north arrow, scale bar and legend in a picture."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import Any

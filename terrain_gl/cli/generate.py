@@ -1,7 +1,5 @@
 """`terrain-gl generate`: a heightmap made from a seed."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import time

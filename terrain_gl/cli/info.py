@@ -1,7 +1,5 @@
 """`terrain-gl info`: the OpenGL of this machine, and facts about a map. Works without OpenGL, too."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from typing import Any

@@ -1,7 +1,5 @@
 """The command line that draws a view again, pixel for pixel."""
 
-from __future__ import annotations
-
 import argparse
 import inspect
 import os

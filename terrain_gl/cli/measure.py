@@ -1,7 +1,5 @@
 """`terrain-gl measure`: the achieved error of a view, beside the certified one."""
 
-from __future__ import annotations
-
 import argparse
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`terrain-gl mesh`: a file with exactly the triangles that the GPU draws."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import replace
 from pathlib import Path

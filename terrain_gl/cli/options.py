@@ -1,7 +1,5 @@
 """Options that the commands share, and the objects that they describe: map, camera, level of detail, picture."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Callable

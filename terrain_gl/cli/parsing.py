@@ -1,7 +1,5 @@
 """The argument parser: a short and a full help, errors in one line, and a suggestion for an unknown command."""
 
-from __future__ import annotations
-
 import argparse
 import difflib
 import os

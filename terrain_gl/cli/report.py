@@ -1,7 +1,5 @@
 """Output of the commands: text tables, JSON, and a progress bar for long work."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence

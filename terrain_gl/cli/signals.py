@@ -7,8 +7,6 @@ signal waits until none of them is running, usually for milliseconds. All
 signals after the first are ignored, because they would interrupt the removal of half-written files.
 """
 
-from __future__ import annotations
-
 import signal
 from types import FrameType
 

@@ -3,8 +3,6 @@
 A large raster is drawn from a store, too, which is made at first use (`store.cache`).
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

@@ -1,7 +1,5 @@
 """Text that any terminal can print."""
 
-from __future__ import annotations
-
 import os
 import re
 

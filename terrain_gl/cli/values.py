@@ -1,7 +1,5 @@
 """Values on the command line: functions that parse a text, or raise an error of one line."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import re

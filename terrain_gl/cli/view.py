@@ -1,7 +1,5 @@
 """`terrain-gl view`: the interactive window."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from collections.abc import Callable

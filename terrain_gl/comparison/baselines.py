@@ -4,8 +4,6 @@ A baseline has parameters that trade triangles for accuracy. It certifies no err
 that of every method. `fitting` finds the best parameters for a number of triangles.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

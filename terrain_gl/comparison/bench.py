@@ -1,7 +1,5 @@
 """Times of every stage. We compare them with numpy's cumulative sums of the same data, and with drawing every post."""
 
-from __future__ import annotations
-
 import cProfile
 import pstats
 import time

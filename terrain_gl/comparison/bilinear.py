@@ -11,8 +11,6 @@ the heights at the middles of its edges and at its centre are means of its posts
     └───────┘      └───┴───┘
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType

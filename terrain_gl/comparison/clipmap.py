@@ -13,8 +13,6 @@ blocks, and blocks outside the picture are left out. Levels below 0 cut the cell
 are bilinear between posts. Our own methods have such vertices, too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

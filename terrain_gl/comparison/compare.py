@@ -10,8 +10,6 @@ Many parameters of a baseline give the same number of triangles. We report the s
 and the picture nearest to the truth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass

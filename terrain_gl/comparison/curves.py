@@ -1,7 +1,5 @@
 """Error against triangles: each method's error for a number of triangles, and the triangles it needs for an error."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

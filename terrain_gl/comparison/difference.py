@@ -4,8 +4,6 @@ The difference of a pixel is the largest difference of its channels, in steps. O
 one step of an 8-bit picture. The full scale of floats, which are linear light, is 1.
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any, NamedTuple

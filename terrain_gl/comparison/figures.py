@@ -1,7 +1,5 @@
 """Figures for print, made with matplotlib: methods side by side, and error against triangles."""
 
-from __future__ import annotations
-
 import io
 import os
 from collections.abc import Callable, Mapping, Sequence

@@ -3,8 +3,6 @@
 `terrain_gl.pytest_plugin` makes one `GoldenPictures` for each test.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

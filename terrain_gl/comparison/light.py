@@ -4,8 +4,6 @@ The truth is `light_truth`; the other prefilters are in `prefilter`. `shade_as_p
 All draw every post, so the mesh adds no error.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

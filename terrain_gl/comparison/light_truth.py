@@ -5,8 +5,6 @@ with the true cosine and material. Rays that march over the map find the shares 
 the place sees (glsl/comparison/truth/light.frag). This is slow: use small pictures.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

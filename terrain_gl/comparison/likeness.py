@@ -6,8 +6,6 @@ flip      the difference that people see when the two pictures alternate (Anders
 skyline   the distance between the skylines of the two pictures in pixels, computed from the share of sky in each pixel
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

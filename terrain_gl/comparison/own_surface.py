@@ -6,8 +6,6 @@ normals, cover, horizons and shadows from that map. If a mesh has the true heigh
 same, bit for bit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

@@ -6,8 +6,6 @@ toksvig   mipmaps of normals; a mean shorter than 1 widens the highlight (Toksvi
 leadr     mipmaps of slopes and their products: Gaussians of slopes, weighted by projected area (Dupuy et al. 2013)
 """
 
-from __future__ import annotations
-
 import moderngl
 
 from ..camera import Camera

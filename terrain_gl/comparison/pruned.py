@@ -5,8 +5,6 @@ triangles, and only posts are measured. Our meshes also have fans, cut edges, an
 have a smaller error than these trees.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

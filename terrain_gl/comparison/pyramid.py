@@ -6,8 +6,6 @@
 Specification: `halve`.
 """
 
-from __future__ import annotations
-
 import moderngl
 import numpy as np
 

@@ -11,8 +11,6 @@
 The mesh depends on the view and hardly on the land, so no error is certified.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ makes the edited store from the map and this file. A patch file (.npz) has the t
 store that they belong to. Both kinds can be read again.
 """
 
-from __future__ import annotations
-
 import os
 import zipfile
 from collections.abc import Iterator

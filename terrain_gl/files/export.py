@@ -4,8 +4,6 @@ Vertices are posts of the map, or middles of its cells, so every position is exa
 `files/mesh_formats.py` and `files/page.py`.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

@@ -8,8 +8,6 @@ neither the size of the map nor the bands in which it is made change it. The sha
 Specification: `reference.land`.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import shlex

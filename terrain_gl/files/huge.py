@@ -1,7 +1,5 @@
 """Large rasters: a coarse sample of one, and the command that makes a store of it."""
 
-from __future__ import annotations
-
 import math
 import os
 

@@ -1,7 +1,5 @@
 """The bundled heightmaps, by name. Each has its scales and its first view."""
 
-from __future__ import annotations
-
 import filecmp
 import json
 import os

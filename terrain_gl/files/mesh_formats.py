@@ -4,8 +4,6 @@ PLY holds float64 world metres. glTF holds columns, heights and rows, and the no
 rounded. OBJ holds decimals that round to the same numbers. STL holds a solid in millimetres, for a printer.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Callable, Iterator

@@ -4,8 +4,6 @@ The page is `html/land.html`. It draws with three.js. `html/three.min.js` has th
 `.ci/three` makes that file.
 """
 
-from __future__ import annotations
-
 import base64
 import html
 import json

@@ -1,7 +1,5 @@
 """Numbers as JSON."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

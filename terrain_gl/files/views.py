@@ -6,8 +6,6 @@ high     far above, looking down obliquely over the middle of the map
 default  from outside, over the part of the map with the most relief and few voids
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Make a film of a flight: draw and record each view of a path."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np

@@ -4,8 +4,6 @@ The first line of the file is the flight's identity, and each further line belon
 if its file exists, because a file gets its name only when it is complete.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -4,8 +4,6 @@ An interrupted flight keeps the complete parts, and only the other frames are dr
 joined as they are: nothing is encoded twice.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Callable, Iterator, Sequence

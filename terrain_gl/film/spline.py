@@ -5,8 +5,6 @@ Catmull-Rom splines"). Linear interpolation gives a curve of positions. Interpol
 orientations (Schlag 1991, "Using geometric constructions to interpolate orientation with quaternions").
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A flight for any map: one loop around the middle, at a safe height above the ground."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ Mesa ends the process if GALLIUM_DRIVER names a driver that it does not have, su
 choice, normally reports an error instead. It is tried in a separate process only if the environment names a driver.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

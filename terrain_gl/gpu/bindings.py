@@ -7,8 +7,6 @@ are read from the source, not from a program: a block that all programs share be
 not report the binding numbers of images.
 """
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from typing import Any, NamedTuple

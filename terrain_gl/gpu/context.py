@@ -3,8 +3,6 @@
 If a back end fails, one line says why: what is missing, what to install, which version was found.
 """
 
-from __future__ import annotations
-
 import platform
 import warnings
 from collections.abc import Callable

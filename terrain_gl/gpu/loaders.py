@@ -3,8 +3,6 @@
 A loader finds OpenGL functions by name, makes its context current on `with`, and destroys it on `release`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import warnings

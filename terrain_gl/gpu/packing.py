@@ -1,7 +1,5 @@
 """Packed errors and heights: numpy twins of the functions of glsl/error/nodes.glsl."""
 
-from __future__ import annotations
-
 import numpy as np
 
 ERROR_UNIT = 2.0**-14  # unit of errors in a record, as a part of the span

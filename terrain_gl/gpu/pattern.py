@@ -5,8 +5,6 @@ edges are cut (docs/guarantee.md, section 3) holds if each triangle stays within
 most one edge. A fan needs its centre in every triangle.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import moderngl

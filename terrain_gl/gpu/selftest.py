@@ -6,8 +6,6 @@ sums that `precise` keeps apart; quotients, square roots and powers of two as cl
 (docs/precision.md, section 3); the triangles of tessellated patches (`pattern`).
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 

@@ -7,8 +7,6 @@ file of the same name, and defines the functions that it leaves out. Comments ar
 is not followed, and drivers see plain ASCII.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """Textures that moderngl does not make or read as we need them."""
 
-from __future__ import annotations
-
 import ctypes
 
 import moderngl

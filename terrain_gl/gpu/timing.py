@@ -7,8 +7,6 @@ ready, a frame or more later. Until then the reported times are those of an earl
     draw  n+1:                              |lod ...       the marks of frame n are read here, if they are ready
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Iterator

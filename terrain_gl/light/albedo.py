@@ -1,7 +1,5 @@
 """Pictures of the ground: linear albedo, read a few rows at a time, at the resolution that shading uses."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

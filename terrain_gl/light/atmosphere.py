@@ -5,8 +5,6 @@ integrated along each ray. All higher orders are one isotropic term, a geometric
 may have any elevation, also below the horizon: then it still lights the upper air.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

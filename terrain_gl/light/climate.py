@@ -5,8 +5,6 @@ of a map has the same colours as in the whole map, and edits elsewhere do not ch
 range, unless another range is given.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -11,8 +11,6 @@ open plain. V(ω) is 1 where the sky is visible and 0 where land hides it:
     V_l = ∫ SG_l V dω / ∫ SG_l dω,   both over z > 0;   for the sun, over its whole disc
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

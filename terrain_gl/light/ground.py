@@ -1,7 +1,5 @@
 """The summed-area table of heights that shading reads, and the direction of the sun."""
 
-from __future__ import annotations
-
 import math
 
 import moderngl

@@ -1,7 +1,5 @@
 """Pictures of the ground with coordinates, resampled to the place of a map with coordinates."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterator

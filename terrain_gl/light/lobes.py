@@ -3,8 +3,6 @@
 Values: glsl/light/record.comp. Lookups in shaders: glsl/light/merged.glsl. Specification: `reference.lobe_values`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import moderngl

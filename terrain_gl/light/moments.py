@@ -1,7 +1,5 @@
 """Integrals of the sky's lobes that do not depend on the map: glsl/horizon/fold.comp looks them up."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 A diverging ramp is for differences: its middle is white, and by default stands for 0. Other ramps are for other values.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A summed-area table with the kernel that writes its values. The tables of heights and of lobes are of this kind."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any

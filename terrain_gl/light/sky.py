@@ -1,7 +1,5 @@
 """The sky: radiance in every direction, computed or read from a picture, and the lobes that approximate it."""
 
-from __future__ import annotations
-
 import math
 import os
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The sun's position at a time and place: Meeus 1998, "Astronomical algorithms", chapters 25 and 28."""
 
-from __future__ import annotations
-
 import math
 from datetime import UTC, datetime
 

@@ -4,8 +4,6 @@ Where two patches have different numbers of segments, the vertices of the finer 
 the coarser one. From above the mesh is whole: a crack is a gap between two lines, one over the other.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

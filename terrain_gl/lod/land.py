@@ -1,7 +1,5 @@
 """Which rings are in the picture, and whether the eye is above the ground. The CPU decides this before any pass."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..camera import Camera, boxes_in_picture

@@ -14,8 +14,6 @@ With a budget of triangles for the least squares, refine, balance, tiles and pat
 triangle. `search` finds the price that gives the budget's number of triangles (glsl/lod/quadtree/summary.glsl).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

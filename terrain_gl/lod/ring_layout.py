@@ -5,8 +5,6 @@ the axis with the larger spacing. It follows the eye in steps of four of its cel
 its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

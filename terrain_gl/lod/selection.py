@@ -1,7 +1,5 @@
 """The result of a level-of-detail method: the patches to draw, and their certified error."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

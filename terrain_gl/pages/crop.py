@@ -4,8 +4,6 @@ A record depends on the posts of its closed node, on whether these are the map's
 quantisation range. So a part of the map gets one post more than its last nodes need, and the range of the whole.
 """
 
-from __future__ import annotations
-
 import threading
 from typing import NamedTuple
 

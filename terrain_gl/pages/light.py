@@ -8,8 +8,6 @@ A picture that waits makes the light of all pages that it uses. A flight makes s
 that are large in the picture.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait

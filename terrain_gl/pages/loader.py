@@ -4,8 +4,6 @@ Every view replaces the list of wanted pages. A page that is no longer on the li
 been read. If a page cannot be read, it is tried a second time; after that it counts as missing.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Sequence

@@ -8,8 +8,6 @@
 A node has its marks at its first post. Posts of the last row and column begin no node.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..gpu.layout import HOLE, HOLED, VOID, WET

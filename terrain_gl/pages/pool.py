@@ -5,8 +5,6 @@ Pages of the coarsest level are always loaded, so that every place has a height 
 Nothing here waits for a disk.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -5,8 +5,6 @@ Small squares come first, so that most bounds are exact soon; then those of the 
 while it is computed, the result is dropped, and it is computed again.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from typing import NamedTuple

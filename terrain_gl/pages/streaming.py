@@ -5,8 +5,6 @@ it goes on, first those of the present view, then those of the view a moment ahe
 where a page is missing, the records of a coarser page bound the error.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterable

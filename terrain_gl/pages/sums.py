@@ -1,7 +1,5 @@
 """The data of a page for the GPU: heights, and summed-area tables of its own errors, ready to copy into a slot."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

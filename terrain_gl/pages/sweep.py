@@ -3,8 +3,6 @@
 Shaders: glsl/horizon/around.comp, keep.comp, fold.comp, pack.comp. Python twin: `reference.windowed_sines`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import moderngl

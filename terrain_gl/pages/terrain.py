@@ -1,7 +1,5 @@
 """A map of which only some tiles are on the GPU: pages, their edits, and the error tables of each page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import cast

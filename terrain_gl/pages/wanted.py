@@ -1,7 +1,5 @@
 """The pages that a mesh uses, and the pages that would make it better: numpy over the patches of the GPU."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

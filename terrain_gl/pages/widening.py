@@ -9,8 +9,6 @@ vertices. The truth moves by at most t. So the largest error grows by at most s 
 The proof is in docs/guarantee.md, section 9. Specification: `reference.node_moves`, `reference.widened_errors`.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ reads TIFF with its tags and other local rasters. Mosaics (.vrt) are assembled f
 file, its headers beside it and, for a mosaic, the files beside and below it; nothing else.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from functools import partial

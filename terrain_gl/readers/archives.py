@@ -1,7 +1,5 @@
 """Maps inside .zip and .gz files: unpacked to a temporary folder, which is removed after reading."""
 
-from __future__ import annotations
-
 import gzip
 import os
 import shutil

@@ -1,7 +1,5 @@
 """.npy arrays and SRTM .hgt tiles through numpy."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

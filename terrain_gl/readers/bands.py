@@ -4,8 +4,6 @@ A file may say "no data here" by a value, which `values` compares, or by opacity
 (.msk), an alpha band, or a palette's transparent entries. Opacity is read as one more channel, 0 where a post is void.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The scale in a file's description: our own writers put the options for reading the file at its end."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Metres on the ground: of a degree on an ellipsoid, and of a step in any coordinate system."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any

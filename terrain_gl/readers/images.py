@@ -1,7 +1,5 @@
 """PNG, EXR, HDR and TIFF through OpenImageIO."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

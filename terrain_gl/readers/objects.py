@@ -1,7 +1,5 @@
 """Rasters of other libraries: xarray's DataArray and Dataset, with or without rioxarray, and rasterio's datasets."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A guess of the scale for files without one, if their values cannot be metres."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

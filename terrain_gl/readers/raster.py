@@ -1,7 +1,5 @@
 """An open raster file: the result of every reader, and functions that the readers share."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Generator, Sequence

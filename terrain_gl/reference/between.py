@@ -1,7 +1,5 @@
 """error, continued: the errors of triangles between the posts, where the truth is bilinear."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .bound import twists

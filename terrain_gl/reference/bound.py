@@ -1,7 +1,5 @@
 """error, continued: the bound over any box of nodes from summed-area tables, and the error between the posts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .sat import box_sum, sat

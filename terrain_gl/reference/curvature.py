@@ -3,8 +3,6 @@
 R is the radius in effect, and b = 1 / 2R. The drawn surface and the truth are both lower by a drop.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 # A post at the place (x, y) from the eye has the drop   q = b (x² + y²).   Between posts the drop is bilinear, like

@@ -5,8 +5,6 @@ node is drawn as a quad (two triangles) or as a fan (triangles around its centre
 at the posts and between them. They depend on the heights alone, not on the view.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

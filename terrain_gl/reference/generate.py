@@ -5,8 +5,6 @@ Points p are (2, rows, cols), in units of 8 times the relief, east and south; he
 Operations have the same order as in glsl/generate, so float32 points give the same bits as the GPU.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import NamedTuple
 

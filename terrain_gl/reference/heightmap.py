@@ -1,7 +1,5 @@
 """heightmap: the truth. Posts have heights; between four posts the surface is bilinear."""
 
-from __future__ import annotations
-
 import numpy as np
 
 # With x = i + f and y = j + g inside the cell (i, j):

@@ -1,7 +1,5 @@
 """lod: hidden land, found with a horizon around the eye from lower bounds of the map (Lloyd & Egbert 2002)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

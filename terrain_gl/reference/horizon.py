@@ -1,7 +1,5 @@
 """horizon: how much of the sun and of the sky is visible at each place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """light: spherical Gaussians, merged lobes and what the ground reflects."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """mesh: the triangles of a patch. Vertices are posts (column, row); triangles are counter-clockwise seen from above."""
 
-from __future__ import annotations
-
 import numpy as np
 
 # A patch of T segments a side has (T + 1)² vertices, at corner + (i, j) · step, and 2 T² triangles.

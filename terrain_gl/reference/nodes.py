@@ -1,7 +1,5 @@
 """error, continued: the nodes of the quadtree, and which posts belong to each."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 A square of 2^s × 2^s quads of one level, s from 1 to 5, becomes a patch of T = 2^s segments a side.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .quadtree import Leaves

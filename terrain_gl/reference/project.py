@@ -4,8 +4,6 @@ In the camera's axes (right, up, forward) a point has the coordinates (x, y, z),
 is v = (v_x, v_y, v_z). K is the focal length in pixels.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import NamedTuple
 

@@ -9,8 +9,6 @@ With a price instead of a tolerance, refine splits each node whose parts are wor
 A level is an array over its nodes, (rows, cols). Edges have the order west, north, east, south.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

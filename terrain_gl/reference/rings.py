@@ -6,8 +6,6 @@ leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segme
 edges    two leaves that meet take the finer spacing along their common edge
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """sat: summed-area tables, and the sum over any box from four of their entries (Crow 1984)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 # S(x, y) = Σ f(i, j) over i < x and j < y

@@ -1,7 +1,5 @@
 """shade: mean height and mean slope of the ground under a pixel."""
 
-from __future__ import annotations
-
 import numpy as np
 
 # Every post's height holds for the square of one post around it. Over a box, exact for planes:

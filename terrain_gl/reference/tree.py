@@ -1,7 +1,5 @@
 """lod: the restricted quadtree. splits[j] is an array over the nodes of level j, (rows, cols): which are split."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .error import sum_children

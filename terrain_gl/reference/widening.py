@@ -1,7 +1,5 @@
 """error, continued: bounds of nodes whose posts have moved. They hold until the errors are computed anew."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .nodes import nodes_along

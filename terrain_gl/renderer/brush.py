@@ -10,8 +10,6 @@ footprint. `Sculptor` passes the new heights to any object with a `heightmap` an
     sculptor.undo()                                              # the whole stroke
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

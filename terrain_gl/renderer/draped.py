@@ -1,7 +1,5 @@
 """Overlays drawn on the land. Lines follow the ground, also between posts; points are drawn as rings."""
 
-from __future__ import annotations
-
 import moderngl
 import numpy as np
 

@@ -7,8 +7,6 @@ edit inside the range grows with its rectangle. The first edit outside the range
 `Editor.headroom_steps` widens the range in advance, while the old tables stay in use.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Frames: a picture with its numbers, and the mesh of the last picture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any

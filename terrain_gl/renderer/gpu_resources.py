@@ -1,7 +1,5 @@
 """Everything that a renderer holds on the GPU: heights, tables, selectors, picture."""
 
-from __future__ import annotations
-
 from contextlib import AbstractContextManager
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """Questions about the last frame: which error it achieved, which triangles were drawn, and why."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Lines over the land: a frustum, the outline of a patch, the ring of a brush. Behind land they are faint."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

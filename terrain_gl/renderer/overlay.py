@@ -1,7 +1,5 @@
 """Lines and points that are drawn over a map: from GeoJSON, GPS tracks, or objects of geopandas and shapely."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """The map from straight above, almost without perspective: a rendered picture as a texture for meshes."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -4,8 +4,6 @@ Only the standard XML parser is used. A file with a DOCTYPE is refused, because 
 name other files. Elements are recognised by their names without namespaces, because devices write many namespaces.
 """
 
-from __future__ import annotations
-
 import io
 import re
 import zipfile

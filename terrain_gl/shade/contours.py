@@ -1,7 +1,5 @@
 """Contour lines: the interval for a map, and the uniform that the shader needs (glsl/shade/contours.glsl)."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -6,8 +6,6 @@ heights gives the mean normal over the pixel's footprint (glsl/shade/relief.glsl
 mesh. There are a few kinds of pixels (glsl/shade/kind.glsl), and a program for each kind.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar

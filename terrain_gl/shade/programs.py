@@ -1,7 +1,5 @@
 """Programs that colour pixels: one for each style and kind of pixels, compiled when it is first needed."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import moderngl

@@ -1,7 +1,5 @@
 """The surroundings of the map: which of them a picture may show, and the shader's uniforms (glsl/shade/edge.glsl)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..camera import Camera

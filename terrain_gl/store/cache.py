@@ -9,8 +9,6 @@ KEY is a hash of the raster's files, with sizes and times, of the options that i
 the stores take more than the limit, the least recently used ones are removed, but none that is in use.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import hashlib

@@ -11,8 +11,6 @@ Errors are `cut_m` of glsl/error/nodes.glsl, bit for bit. A tile counts as missi
 checksum is wrong.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import warnings

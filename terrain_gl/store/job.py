@@ -1,7 +1,5 @@
 """Data that all tasks of a build share, and the files by which they pass on results."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from pathlib import Path

@@ -4,8 +4,6 @@ Level l has every 2^l-th post, and the last one of each row and column. These po
 lattice is post min(i · 2^l, last) of the map. The nodes of the level are the cells of the lattice.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

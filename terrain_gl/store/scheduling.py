@@ -1,7 +1,5 @@
 """Run tasks in this process, in several processes, or on a Dask cluster. Results come as tasks end, or in order."""
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import os

@@ -14,8 +14,6 @@
 A killed task leaves its shard either unchanged or complete. The task is then done again.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 from collections.abc import Callable, Iterable, Iterator

@@ -5,8 +5,6 @@ inside a shard cannot find: a tile of another place, or of an earlier store. The
 list of all checksums.
 """
 
-from __future__ import annotations
-
 import hashlib
 import threading
 import zlib

@@ -7,8 +7,6 @@ fill             a shard, from the coarsest level down: each level needs `AROUND
 replace          write the filled shard, when no other task needs the unfilled heights
 """
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ find    the tiles of the whole map that are water
 at      the posts of an area that are in water
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fill voids with a smooth surface through their rim."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..basics.rect import Rect, hull

@@ -4,8 +4,6 @@ Maps store lakes and the sea as one height. But heights in whole metres also mak
 a step up on one side and a step down on the other. Water has no side with a step down, except at an outlet.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 LEAST_SIDE = 8  # least side of a tile, in posts; areas are sets of tiles

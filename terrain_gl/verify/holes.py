@@ -1,7 +1,5 @@
 """Count the pixels where the sky shows through the surface."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..camera import Camera

@@ -1,7 +1,5 @@
 """Messages for people who write Python: `--spacing 30` becomes `spacing_m=30`."""
 
-from __future__ import annotations
-
 import re
 
 from ..renderer.options import OPTIONS

@@ -1,7 +1,5 @@
 """A box of the summed-area table of heights: the four fetches, and what follows from them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The canvas: on it, one or two sides are put together to a picture, which the window then shows."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import moderngl

@@ -1,7 +1,5 @@
 """Every key and what it does, in one table, which the window executes and the help page shows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ v' = (wanted − v) / τ, so it is the same at any frame rate. There are three m
 middle of the picture, and `walk` on the ground at eye height.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Texts of the window: why a patch is drawn as it is, and a line for each side of a split picture."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shows how detail is chosen: frozen levels, a split picture, an explained patch, a box of the summed-area table."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -3,8 +3,6 @@
 Nothing here blocks: the system's dialog is a process of its own, and a thread reads the folder.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys

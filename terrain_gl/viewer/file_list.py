@@ -1,7 +1,5 @@
 """The list of a folder's maps, where the system has no dialog."""
 
-from __future__ import annotations
-
 from .file_dialog import FileDialog
 from .widgets import Widgets
 from .window_state import Size

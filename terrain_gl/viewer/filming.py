@@ -1,7 +1,5 @@
 """Records how the user flies: views and their times, from which a film is drawn afterwards."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Iterator
 

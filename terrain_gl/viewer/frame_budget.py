@@ -1,7 +1,5 @@
 """Limit the time of a frame: long work is done in steps, and in motion slow pictures are drawn coarser."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Numbers of the last frames, also as text: times, triangles, bounds and achieved errors."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Opens a GLFW window with the newest OpenGL that the driver has."""
 
-from __future__ import annotations
-
 import warnings
 from typing import Any
 

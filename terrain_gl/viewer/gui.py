@@ -1,7 +1,5 @@
 """Dear ImGui: takes events, builds the controls, and draws them with moderngl. Their content is in panels.py."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -4,8 +4,6 @@ Each frame, ImGui gives lists of triangles, and a list of textures to create, up
 "renderer has textures", since 1.92: a glyph is drawn into a texture when it is first needed.
 """
 
-from __future__ import annotations
-
 import ctypes
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The help page: every key, from the table of commands, and a short text about the program."""
 
-from __future__ import annotations
-
 from .commands import GROUPS, shown_lines
 from .widgets import Widgets
 

@@ -1,7 +1,5 @@
 """Sky and ground images. Each is read once, in a thread: the window does not wait, and errors become messages."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Sentences may name numbers of the picture, such as {triangles}; the window fills them in, so that they are true.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, replace
 from importlib.resources import files

@@ -1,7 +1,5 @@
 """The legend of a style: a ramp of colours, and the text at its ends. Twin: glsl/shade/drawn.glsl."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ..renderer.options import RenderOptions

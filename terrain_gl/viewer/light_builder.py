@@ -1,7 +1,5 @@
 """The light of a picture, made in steps: images are read in a thread, then the light of the land is computed."""
 
-from __future__ import annotations
-
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Loads maps while another one is shown: from a file, with another exaggeration, or with another spacing."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from dataclasses import replace

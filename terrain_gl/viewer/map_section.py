@@ -1,7 +1,5 @@
 """The section of the panel on the map: its name and its scale."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable

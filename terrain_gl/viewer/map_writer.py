@@ -1,7 +1,5 @@
 """Writes the sculpted map to a file, in a thread. For a store, it writes the edits."""
 
-from __future__ import annotations
-
 import shlex
 import threading
 from collections.abc import Callable

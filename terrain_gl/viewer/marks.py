@@ -1,7 +1,5 @@
 """Lines over the land: a frozen camera's frustum, an explained patch, the brush's ring, a box of the table."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ The file is $XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/stat
 0.8). If it cannot be read or written, the window works without it, and `complaint` says why in one line.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import astuple

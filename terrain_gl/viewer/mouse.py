@@ -1,7 +1,5 @@
 """The mouse over the land: buttons, motion and wheel. Pixels count from the upper left."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -8,8 +8,6 @@ because programs that make pages from notebooks show only the widget of an outpu
 is needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and receives its events.
 """
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import os

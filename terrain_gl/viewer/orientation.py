@@ -1,7 +1,5 @@
 """Orientation: north, the scale in the middle of the picture, and the place under the cursor."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The section of the panel on the look of the picture: colours, light, water, lines, images."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 

@@ -1,7 +1,5 @@
 """The place at which the mouse points, in the picture and on the land. Pixels count from the upper left."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The ruler's part of the panel: lengths, climb, and the profile with its axes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

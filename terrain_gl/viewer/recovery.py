@@ -4,8 +4,6 @@ A file is written some seconds after a stroke, and at once after an error. It is
 when the user leaves without saving. So if the process of a file no longer runs, the file has land that was lost.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import traceback

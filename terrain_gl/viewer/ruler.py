@@ -1,7 +1,5 @@
 """The ruler: a line of clicks on the land, its length on the map and along the ground, and its profile."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

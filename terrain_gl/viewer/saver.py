@@ -1,7 +1,5 @@
 """Saves pictures of any size, meshes, films, a command line, and bookmarks as a camera path."""
 
-from __future__ import annotations
-
 import shlex
 import threading
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Sculpting: takes the brush and puts it away, follows strokes, undoes them, and saves the map."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import moderngl

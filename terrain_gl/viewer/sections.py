@@ -1,7 +1,5 @@
 """Sections of the panel: detail, understanding, sculpting, camera, saving."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """The user's choices: how the picture is drawn, and what is shown over it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Show a map with one line of code: in a window from a script, in a view from a notebook."""
 
-from __future__ import annotations
-
 import os
 import sys
 from typing import Any

@@ -6,8 +6,6 @@ A view is a name of `files.views.VIEWS`, "first" for the map's own, or the numbe
 not name have their defaults; sun and look are those of the map.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from typing import Any
 

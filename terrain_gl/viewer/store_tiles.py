@@ -1,7 +1,5 @@
 """The tiles of a store in the window: whether tiles are still coming, and the message about missing ones."""
 
-from __future__ import annotations
-
 from ..renderer import Renderer
 from .painter import Painter
 from .scene import Scene

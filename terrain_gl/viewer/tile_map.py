@@ -1,7 +1,5 @@
 """A small map of a store in the panel: it shows how fine the loaded tiles are, and where the camera is."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import groupby

@@ -3,8 +3,6 @@
 It knows neither a window system nor panels (app.py). The time of a frame is an argument, so tests need no clock.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The controls of the panels. Each has a line of help."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The GLFW window: opens it, hands its events to the app, and shows frames."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import replace

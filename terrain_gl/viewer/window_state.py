@@ -1,7 +1,5 @@
 """The state that the window and the parts share: size, time, the message line, and whether to draw again."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 Size = tuple[int, int]
