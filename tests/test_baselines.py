@@ -150,9 +150,8 @@ def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
 
 
 @pytest.mark.parametrize(("method", "parameters"), PARAMETER_SETS, ids=str)
-@pytest.mark.parametrize("name", ["odd", "holes", "long"])
-def test_no_sky_shows_through(ctx, name, method, parameters):
-    renderer = tg.Renderer(MAPS[name](), SIZE, ctx=ctx)
+def test_no_sky_shows_through(ctx, method, parameters):
+    renderer = tg.Renderer(MAPS["holes"](), SIZE, ctx=ctx)
     for view, camera in cameras(renderer.heightmap).items():
         stats = renderer.draw(camera, method=method, parameters=parameters, style="depth")
         assert len(renderer.triangles()) == stats["triangles"], view
@@ -247,8 +246,9 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, method, view):
 
 
 @pytest.mark.parametrize("method", BASELINES)
-@pytest.mark.parametrize("triangles", [10000, 30000])  # a block has up to 128 of them
-@pytest.mark.parametrize("view", ["default", "wide", "outside", "grazing"])
+@pytest.mark.parametrize(
+    "view, triangles", [("default", 10000), ("wide", 30000), ("outside", 10000), ("grazing", 30000)]
+)
 def test_as_many_triangles_as_asked_for(ctx, method, triangles, view):
     renderer = tg.Renderer(tg.Heightmap(rough(300, 410, 8, 300.0), 10.0), SIZE, ctx=ctx)
     stats = renderer.draw(cameras(renderer.heightmap)[view], method=method, triangles=triangles, style=UNLIT)

@@ -20,19 +20,18 @@ SMALL = ("odd", "holes", "two", "cliff", "long", "offset")
 VIEW = Camera((1340, 1566, 119), (5380, -50, 19), 100.0)  # of "odd", close above the ground
 
 
-@pytest.fixture(params=[*SMALL, "middles"])
-def drawn(request, ctx):
+@pytest.fixture(scope="module", params=[*SMALL, "middles"])
+def drawn(request, session_context):
     """Give a renderer that has drawn all of a small map; with a budget also vertices in the middles of cells."""
     budget = request.param == "middles"
     heightmap = MAPS["odd" if budget else request.param]()
-    renderer = Renderer(heightmap, (320, 180), ctx=ctx)
-    if budget:
-        renderer.draw(VIEW, triangles=5000, cull=False, method="quadtree", style=UNLIT)
-    else:
-        renderer.draw(Camera.default(heightmap), 2.0, cull=False, style=UNLIT)
-    assert (renderer.triangles() % 1).any() or not budget
-    yield renderer
-    renderer.release()
+    with session_context as ctx, Renderer(heightmap, (320, 180), ctx=ctx) as renderer:
+        if budget:
+            renderer.draw(VIEW, triangles=5000, cull=False, method="quadtree", style=UNLIT)
+        else:
+            renderer.draw(Camera.default(heightmap), 2.0, cull=False, style=UNLIT)
+        assert (renderer.triangles() % 1).any() or not budget
+        yield renderer
 
 
 def saved(renderer, path, weld=True):

@@ -122,7 +122,7 @@ def test_without_agreeing_or_balance_the_reference_is_another(ctx, scene, monkey
             assert leaves_of(reference.select(screens, scene.heightmap.heights.shape, 0.5 / BOUND_SLACK)) != got
 
 
-@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("view", ["default", "grazing", "pit", "corner"])
 def test_selection_for_a_budget_is_the_references_at_its_price(ctx, scene, view):
     camera, shape = cameras(scene.heightmap)[view], scene.heightmap.heights.shape
     selection = scene.select(camera, triangles=700)
