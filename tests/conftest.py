@@ -90,6 +90,13 @@ def hills(tmp_path_factory):
     return Heightmap(heights, 2.0), path
 
 
+@pytest.fixture
+def alone(monkeypatch):
+    """Nothing is loaded while a mesh is chosen."""
+    select = "terrain_gl.pages.streaming.Streaming.select"
+    monkeypatch.setattr(select, lambda _, choose, camera, goal: (choose(camera), {}))
+
+
 @pytest.fixture(scope="session")
 def dem():
     """Folder of real elevation maps, named by TERRAIN_GL_DEM."""

@@ -110,10 +110,8 @@ def test_bounds_of_boxes_hold_and_are_tight(size, per_octave):
     limits_m = span_m * 2.0 ** (-(np.arange(20 * per_octave) + 1) / per_octave)
     errors = span_m * 2 ** rng.uniform(-19, 0, size)
     squares, step_m2 = rng.uniform(0, 9, size), 2.0**-20
-    tables, table = (
-        reference.class_tables(errors, limits_m),
-        reference.square_table(squares, step_m2),
-    )
+    tables = reference.class_tables(errors, limits_m)
+    table = reference.square_table(squares, step_m2)
     for _ in range(60):
         (x0, x1), (y0, y1) = (np.sort(rng.choice(n + 1, 2, replace=False)) for n in size[::-1])
         worst = errors[y0:y1, x0:x1].max()

@@ -32,10 +32,7 @@ def columns_of_lines(picture):
     dark = np.concatenate([[0], (row < row.max() - 30).astype(int), [0]])
     starts, ends = np.flatnonzero(np.diff(dark) == 1), np.flatnonzero(np.diff(dark) == -1)
     lines = [(np.arange(a, b) + 0.5, row.max() - row[a:b]) for a, b in zip(starts, ends, strict=True)]
-    return (
-        np.array([np.average(at, weights=ink) for at, ink in lines]),
-        np.array([ink.sum() for _, ink in lines]),
-    )
+    return np.array([np.average(at, weights=ink) for at, ink in lines]), np.array([ink.sum() for _, ink in lines])
 
 
 def test_lines_stand_where_the_plane_has_their_height_and_each_fifth_is_heavy():

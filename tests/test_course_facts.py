@@ -78,9 +78,8 @@ def test_lesson_13_compares_at_equal_tolerance():
     errors = figure.cell_errors(figure.land(np.random.default_rng(8), 257, 257))
     plain, steered, tree = figure.plain(), figure.steered(errors), figure.quadtree(errors)
     over, ratio = figure.worst(plain, errors)
-    assert f"{over} of its {len(plain)} squares are over tolerance, the worst one by a factor of {ratio:.1f}" in page(
-        13
-    )
+    told = f"{over} of its {len(plain)} squares are over tolerance, the worst one by a factor of {ratio:.1f}"
+    assert told in page(13)
     assert figure.worst(steered, errors)[0] == figure.worst(tree, errors)[0] == 0
     few, many = figure.triangles(tree), figure.triangles(steered)
     assert f"the quadtree has fewer triangles, {few} against {many:,}" in page(13) and few == 8 * len(tree)
@@ -301,9 +300,8 @@ def test_lesson_10_the_furnace():
     lobe = 2 * np.pi * 1.17 * np.exp(2.133 * (z - 1)) * 1e-5
     whole, upper = lobe.sum(), lobe[z > 0].sum()
     assert 2 * np.pi * z[z > 0].sum() * 1e-5 == pytest.approx(np.pi)
-    assert f"receives {whole:.3f} in place of 3.142" in page(10) and f"{upper:.3f} comes from the upper half" in page(
-        10
-    )
+    assert f"receives {whole:.3f} in place of 3.142" in page(10)
+    assert f"{upper:.3f} comes from the upper half" in page(10)
     assert f"received {np.pi / upper * whole:.2f}" in page(10)  # the scale of the upper half alone
 
 

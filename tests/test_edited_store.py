@@ -77,14 +77,6 @@ def patches_of(renderer):
     return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
-@pytest.fixture
-def alone(monkeypatch):
-    """Nothing is loaded while a mesh is chosen."""
-    monkeypatch.setattr(
-        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
-    )
-
-
 def load_some(renderer, rng):
     """Load six pages, or all of them."""
     total = renderer.terrain.numbering.total

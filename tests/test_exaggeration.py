@@ -130,9 +130,8 @@ def test_the_command_line_has_it_for_pictures_of_small_maps_and_stores_and_for_m
     lines = Path("high.obj").read_text(encoding="utf-8").splitlines()
     corners = [line.split()[1:] for line in lines if line.startswith("v ")]
     z = np.array(corners, float)[:, 2]
-    assert z.max() == pytest.approx(3 * hills().max(), rel=0.02) and z.min() == pytest.approx(
-        3 * hills().min(), rel=0.02
-    )
+    assert z.max() == pytest.approx(3 * hills().max(), rel=0.02)
+    assert z.min() == pytest.approx(3 * hills().min(), rel=0.02)
 
 
 def sun_of(name):

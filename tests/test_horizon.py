@@ -195,17 +195,15 @@ def test_a_sun_without_a_cosine_as_the_paper_has_it(ctx, keep):
     heights[:, -1] = 1000 * math.tan(math.radians(20.0))
     sun = keep(SunVisibility(keep(Terrain(ctx, Heightmap(heights, 10.0))), 2))
     sun.build(towards_sun(90, 20.0))
-    assert sun.read()[0, :, (399 - 101) // 2].mean() == pytest.approx(
-        0.5, abs=0.088
-    )  # above: 0.03 of a cosine of 0.342
+    # above: 0.03 of a cosine of 0.342
+    assert sun.read()[0, :, (399 - 101) // 2].mean() == pytest.approx(0.5, abs=0.088)
     assert sun.read()[0, :, 170:195].max() == 0 and sun.read()[0, :, :125].min() == pytest.approx(1.0, abs=1e-3)
 
 
 def test_shares_of_a_valley_are_those_of_its_horizons(ctx, keep):
     """Between two endless walls the horizon of every azimuth is known without rays and tables."""
-    heights = np.tile(
-        np.abs(np.arange(91) - 45)[:, None] * 10.0, (1, 1501)
-    )  # a V along east-west, slopes of 45 degrees
+    # a V along east-west, slopes of 45 degrees
+    heights = np.tile(np.abs(np.arange(91) - 45)[:, None] * 10.0, (1, 1501))
     terrain = keep(Terrain(ctx, Heightmap(heights, 10.0)))
     sky = keep(SkyVisibility(terrain, np.array([[0.0, 0.0, 1.0]]), np.array([1e-6])))
     sky.build()

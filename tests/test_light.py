@@ -148,9 +148,8 @@ def test_the_papers_diffuse_lobe_is_too_bright():
 def test_the_papers_cubic_both_ways(ask, sharpness):
     length = reference.cubic_length(sharpness)
     assert reference.cubic_sharpness(length) == pytest.approx(sharpness, rel=1e-6)
-    told = ask("light/vmf.glsl", "vec4(cubic_length(a.x), cubic_sharpness(a.y), 0.0, 0.0)", [sharpness, length, 0, 0])[
-        0
-    ]
+    call = "vec4(cubic_length(a.x), cubic_sharpness(a.y), 0.0, 0.0)"
+    told = ask("light/vmf.glsl", call, [sharpness, length, 0, 0])[0]
     assert told[0] == pytest.approx(length, abs=2e-6)
     assert told[1] == pytest.approx(sharpness, rel=1e-3)  # 1 − |r|² has only those of a float's 24 bits that κ leaves
 
@@ -160,9 +159,8 @@ def test_the_papers_diffuse_light(ask):
     axes, normals = random_axes(40, 8), random_axes(40, 9) * np.linspace(0.02, 1.0, 40)[:, None]
     sharpness = np.geomspace(1.0, 90_000.0, 40)
     call = "vec4(printed_diffuse(Lobe(a.xyz, a.w, vec3(1.0)), b.xyz).x)"
-    told = ask("light/brdf.glsl", call, np.column_stack([axes, sharpness]), np.column_stack([normals, np.zeros(40)]))[
-        :, 0
-    ]
+    lobes, places = np.column_stack([axes, sharpness]), np.column_stack([normals, np.zeros(40)])
+    told = ask("light/brdf.glsl", call, lobes, places)[:, 0]
     expected = [reference.printed_diffuse(*each) for each in zip(axes, sharpness, normals, strict=True)]
     assert told == pytest.approx(expected, rel=2e-3, abs=1e-8)
     up, sun = np.array([0, 0, 1.0]), 90_000.0

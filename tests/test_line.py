@@ -94,9 +94,8 @@ def test_bundled_map_in_another_shape():
     line = draws_the_same(heightmap, standard_view(heightmap, "high"), RenderOptions(style="normals"))
     assert "--spacing 10,20" in line
     bare = Heightmap.open(bundled()["canyon-15m"].path)
-    assert "--spacing 1,1 --z-scale 0.0006 --z-offset 0" in draws_the_same(
-        bare, standard_view(bare), RenderOptions(style="normals")
-    )
+    line = draws_the_same(bare, standard_view(bare), RenderOptions(style="normals"))
+    assert "--spacing 1,1 --z-scale 0.0006 --z-offset 0" in line
 
 
 def test_a_copy_of_a_bundled_map(folder):

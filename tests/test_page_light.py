@@ -342,13 +342,10 @@ def test_maps_that_only_have_pages_answer_for_their_lattice(hills):
         np.testing.assert_array_equal(ours, stored.lattice_heights(level, rows, cols))
 
 
-def test_normals_of_coarse_pages_have_no_steps(tmp_path, monkeypatch):
+def test_normals_of_coarse_pages_have_no_steps(tmp_path, alone):
     """On a parabola the slope grows evenly. With boxes smaller than a cell it would jump at every 8th post."""
     x = np.arange(129, dtype=np.float32) - 64
     build(np.broadcast_to(0.005 * x * x, (129, 129)).copy(), tmp_path / "s", tile=16, shard=64, spacing_m=1.0)
-    monkeypatch.setattr(
-        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
-    )
     with Renderer(StoredMap(tmp_path / "s"), (96, 54)) as renderer:
         assert renderer.terrain.top_level >= 3  # the coarsest pages alone
         above = Camera((64, 64, 120), (64, 64.01, 0), fov_deg=40)

@@ -106,14 +106,6 @@ def check_sides_agree(corners, heights_m):
     assert (lowest == highest).all()
 
 
-@pytest.fixture
-def alone(monkeypatch):
-    """Nothing is loaded while a mesh is chosen."""
-    monkeypatch.setattr(
-        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
-    )
-
-
 # --- What is certified ------------------------------------------------------------------------------------------------
 
 

@@ -187,9 +187,8 @@ def test_slerp_goes_at_constant_pace():
     a, b = np.array([1.0, 0, 0, 0]), np.array([0, 0, 1.0, 0])
     angles = np.linspace(-1, 2, 13)
     turned = spline.slerp(a, b, angles)
-    assert np.allclose(turned[:, 0], np.cos(angles * math.pi / 2)) and np.allclose(
-        turned[:, 2], np.sin(angles * math.pi / 2)
-    )
+    assert np.allclose(turned[:, 0], np.cos(angles * math.pi / 2))
+    assert np.allclose(turned[:, 2], np.sin(angles * math.pi / 2))
     assert np.allclose(spline.slerp(a, a, np.array(0.3)), a)
 
 

@@ -22,9 +22,8 @@ def test_real_maps_take_little_more_than_quads_alone(ctx, dem, name):
     camera = cameras(heightmap, scene.size)["default"]
     triangles = scene.select(camera, 1.0).triangles
     filled = scene.terrain.filled.astype("f8")
-    best, plain = pruned.quads_within(
-        filled, heightmap.spacing_m, camera, scene.size, scene.near_m, 1.0, np.isnan(heightmap.heights)
-    )
+    seen = camera, scene.size, scene.near_m
+    best, plain = pruned.quads_within(filled, heightmap.spacing_m, *seen, 1.0, np.isnan(heightmap.heights))
     ratios = triangles / best.triangles, triangles / plain.triangles
     print(
         f"{name}: {triangles} triangles, {ratios[0]:.2f} x restricted quadtree of quads, {ratios[1]:.2f} x unrestricted"

@@ -229,9 +229,8 @@ def test_straight_down_north_is_up_and_east_is_right(scene):
 
 def test_normals_are_world_normals(scene):
     y, x = np.mgrid[:33, :33]
-    heightmap = Heightmap(
-        (5.0 * x - 10.0 * (32 - y)).astype("f4"), spacing_m=10.0
-    )  # up 0.5 to the east, down 1 to the north
+    # up 0.5 to the east, down 1 to the north
+    heightmap = Heightmap((5.0 * x - 10.0 * (32 - y)).astype("f4"), spacing_m=10.0)
     s = scene(heightmap, size=(33, 33))
     picture = s.draw(from_above(heightmap, 1.0), style="normals")
     normal = np.array([-0.5, 1.0, 1.0]) / 1.5

@@ -127,9 +127,8 @@ def test_a_picture_of_a_sky(tmp_path):
     solid_angle = 4 * np.radians(2) ** 2 * np.cos(np.radians(30))
     assert read.sun["amplitude"][0] * read.sun["integral"] == pytest.approx(5000 * solid_angle, rel=0.01)
     assert read.radiance.max() == pytest.approx(1.0, abs=1e-6)  # without the sun
-    assert read.radiance[10, 5] == pytest.approx((0.3, 0.5, 1.0)) and read.radiance[-10, 5] == pytest.approx(
-        (0.2, 0.15, 0.1)
-    )
+    assert read.radiance[10, 5] == pytest.approx((0.3, 0.5, 1.0))
+    assert read.radiance[-10, 5] == pytest.approx((0.2, 0.15, 0.1))
     assert read.fit_error < 0.05
 
 

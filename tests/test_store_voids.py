@@ -113,10 +113,7 @@ def test_styles_show_voids(maps, style):
         np.testing.assert_array_equal(pixels(one, camera, 1.0, how), pixels(other, camera, 1.0, how))
 
 
-def test_whatever_is_there_achieves_what_is_certified(maps, monkeypatch):
-    monkeypatch.setattr(
-        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
-    )
+def test_whatever_is_there_achieves_what_is_certified(maps, alone):
     check_bounds(maps, 2, 4, ["max", "rms"], occlusion="off")
 
 

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from functools import cache
+from typing import Any
 
 from ..basics.exceptions import TerrainError
 
@@ -49,23 +50,19 @@ def try_apart(name: str) -> tuple[str, str]:
 def _tried(name: str, environment: tuple[str, ...]) -> tuple[str, str]:
     command = [sys.executable, "-c", _CHILD, name]
     paths = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    ends: Any = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "timeout": _LONGEST_S}
     try:
-        done = subprocess.run(
-            command, env=paths, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_LONGEST_S
-        )
+        done = subprocess.run(command, env=paths, **ends)
     except subprocess.TimeoutExpired:
         raise TerrainError(f"{name}: its driver does not answer within {_LONGEST_S:g} s{_advice()}") from None
-    if done.returncode:
-        raise TerrainError(f"{name}: its driver ends the process ({_how(done.returncode)}){_advice()}")
+    if status := done.returncode:
+        how = signal.Signals(-status).name if status < 0 else f"status {status}"
+        raise TerrainError(f"{name}: its driver ends the process ({how}){_advice()}")
     told = json.loads(done.stdout.splitlines()[-1])
     if "reason" in told:
         raise TerrainError(told["reason"])
     renderer, version = told["works"]
     return renderer, version
-
-
-def _how(status: int) -> str:
-    return signal.Signals(-status).name if status < 0 else f"status {status}"
 
 
 def _advice() -> str:

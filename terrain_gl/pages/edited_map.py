@@ -114,7 +114,7 @@ class EditedMap(PagedMap):
             return None
         marks = self.base.lattice_marks(0, *area)
         if marks is not None and (marks[changed] & VOID).any():
-            raise TerrainError(f"{self.name}: a store keeps its voids: to give them heights, build it again")
+            raise TerrainError(f"{self.name}: gives heights to voids, which a store keeps: build it again")
         self._check(new)
         rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
         stored, old, new = (each[rows, cols] for each in (stored, old, new))

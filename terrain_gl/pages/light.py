@@ -201,19 +201,17 @@ class PageVisibility:
 
     def _ask(self, left: list[PageKey]) -> list[PageKey]:
         """Let threads read the windows of the first pages only, as memory allows; returns these pages."""
-        most = max(1, int(OF_WINDOWS * self.terrain.heightmap.memory_bytes) // self._bytes_of_windows)
+        heightmap = self.terrain.heightmap
+        bytes_of_page = 4 * (side_of(heightmap.tile) + 1) ** 2 * most_windows(heightmap)
+        most = max(1, int(OF_WINDOWS * heightmap.memory_bytes) // bytes_of_page)
         coming = left[:most]
         for key in [key for key in self._reading if key not in coming]:
             self._reading.pop(key)[0].cancel()
         for key in coming:
             if key not in self._reading:
-                read = self._threads.submit(windows_of, self.terrain.heightmap, key)
+                read = self._threads.submit(windows_of, heightmap, key)
                 self._reading[key] = read, time.perf_counter()
         return coming
-
-    @property
-    def _bytes_of_windows(self) -> int:
-        return 4 * (side_of(self.terrain.heightmap.tile) + 1) ** 2 * most_windows(self.terrain.heightmap)
 
     def _light_steps(self, key: PageKey, slot: int, windows: PageWindows) -> Iterator[float]:
         assert self.sweep

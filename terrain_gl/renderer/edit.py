@@ -239,5 +239,5 @@ def _span(n: int, which: Any, name: str) -> slice:
     if isinstance(posts, int):
         posts = range(posts, posts + 1)
     if posts is None or posts.step != 1 or isinstance(which, bool):
-        raise UsageError(f"edit: {name}: expected a slice without a step, or {-n} to {n - 1}, got {which!r}")
+        raise UsageError(f"edit: {name} must be a slice without a step, or {-n} to {n - 1}, got {which!r}")
     return slice(posts.start, max(posts.start, posts.stop))

@@ -29,7 +29,7 @@ from ..pages.crop import APRON, Records, record_steps
 from ..pages.marks import coarser, marks_of_cells
 from . import voids, water
 from .job import BuildJob, Task, write_part
-from .pyramid import Area, StoreSizes, area, areas
+from .pyramid import StoreSizes, area, areas
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -176,7 +176,7 @@ def measure(job: BuildJob, task: Task) -> dict[str, Any]:
     part: dict[str, np.ndarray] = {}
     noted: dict[str, Any] = {"checks": []}
     for level, records in enumerate(found, 1):
-        where = _nodes_over(pyramid, level, at)
+        where = area(pyramid.nodes(level), pyramid.shard >> level, at)
         rows, cols = (s.stop - s.start for s in where)
         mine = Records(records.errors[:rows, :cols], records.ranges[:, :rows, :cols])
         for name, values in mine._asdict().items():
@@ -205,8 +205,3 @@ def gather(job: BuildJob, task: Task) -> dict[str, Any]:
                     values[..., y : y + mine.shape[-2], x : x + mine.shape[-1]] = mine
     written = [job.write(name, task.level, where, values)["checks"] for name, values in whole._asdict().items()]
     return {"checks": sum(written, [])}
-
-
-def _nodes_over(pyramid: StoreSizes, level: int, at: tuple[int, int]) -> Area:
-    """The nodes of a level over a shard of posts."""
-    return area(pyramid.nodes(level), pyramid.shard >> level, at)

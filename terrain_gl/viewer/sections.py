@@ -56,7 +56,8 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Sce
         form = "at most %.0f" if options.triangles else "%.0f"
         budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINTS[options.metric], form, True)
         changes["triangles"] = None if budget is None else round(budget)
-        changes["method"] = ui.choose("method", options.method, CHOICES["method"], _method_hint(options.method))
+        hint = f"How detail is chosen (F). {options.method}: {REGISTRY[options.method].help}."
+        changes["method"] = ui.choose("method", options.method, CHOICES["method"], hint)
     given = {name: value for name, value in changes.items() if value is not None}
     if given:
         settings.change(**given)
@@ -137,10 +138,6 @@ def _brush_sliders(ui: Widgets, tool: BrushTool) -> None:
         hint = "The direction that the cliff faces, clockwise from north."
         azimuth = ui.slide("face", tool.azimuth_deg, 0.0, 360.0, hint, "%.0f°")
         tool.azimuth_deg = tool.azimuth_deg if azimuth is None else azimuth
-
-
-def _method_hint(method: str) -> str:
-    return f"How detail is chosen (F). {method}: {REGISTRY[method].help}."
 
 
 def metres_form(metres: float) -> str:
