@@ -12,7 +12,7 @@ import terrain_gl as tg
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.basics.rect import Edit
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.renderer.brush import TOOLS, Brush, Sculptor, _means, dab, places
+from terrain_gl.renderer.brush import TOOLS, Brush, Sculptor, _means, dabs, places
 from terrain_gl.shade.picture import UNLIT
 
 SIZE = (96, 54)
@@ -148,8 +148,8 @@ def test_voids_stay_voids_and_the_rest_of_the_map_as_it_was(tool):
 
 
 def test_beside_the_map_there_is_nothing_to_do():
-    assert dab(flat(), Brush("raise", 5.0), -50.0, 0.0) is None
-    assert dab(flat(), Brush("raise", 0.1), 5.0, 5.0) is None  # between posts
+    assert dabs(flat(), Brush("raise", 5.0), [(-50.0, 0.0)]) is None
+    assert dabs(flat(), Brush("raise", 0.1), [(5.0, 5.0)]) is None  # between posts
 
 
 def test_places_go_from_point_to_point_in_even_steps():

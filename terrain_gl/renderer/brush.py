@@ -74,24 +74,17 @@ class Brush:
             raise UsageError(f"falloff must be from 0 to 1, got {self.falloff:g}")
 
 
-def dab(heightmap: Heightmap, brush: Brush, x_m: float, y_m: float) -> Edit | None:
-    """New heights after one dab of a brush at a place in world metres; None if no post lies under it.
+def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
+    """New heights after dabs at places in world metres, one after the other; None if no post lies under any.
 
     Voids stay voids. Heights are clipped to `MAX_HEIGHT_M`.
     """
-    return dabs(heightmap, brush, [(x_m, y_m)])
-
-
-def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
-    """New heights after dabs at several places. Each dab works on the result of the one before: see `dab`."""
     reach = brush.radius_m / np.array(heightmap.spacing_m)
     touched = [each for x_m, y_m in middles_m if (each := _touched(heightmap, reach, x_m, y_m))]
     if not touched:
         return None
-    rows, cols = (
-        reduce(slices_hull, (each.rows for each in touched)),
-        reduce(slices_hull, (each.cols for each in touched)),
-    )
+    rows = reduce(slices_hull, (each.rows for each in touched))
+    cols = reduce(slices_hull, (each.cols for each in touched))
     half = _around(reach)
     around = _grown(rows, half[1], heightmap.rows), _grown(cols, half[0], heightmap.cols)
     ground = Edit(around[1].start, around[0].start, heightmap.part(*around).copy())

@@ -8,7 +8,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.brush import TOOLS, dab, places
+from terrain_gl.renderer.brush import TOOLS, dabs, places
 from terrain_gl.terrain import Terrain
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import Opened
@@ -186,7 +186,7 @@ def test_a_long_stroke_is_done_in_steps_after_the_button_is_up(viewer):
     start, end = viewer.pointer.place_under(60, 150), viewer.pointer.place_under(280, 170)
     brush, plain = viewer.sculpting.tool.brush, Heightmap(hills().heights, 10.0)
     for middle in [tuple(start[:2]), *places(tuple(start[:2]), tuple(end[:2]), 0.3 * brush.radius_m)]:
-        patch = dab(plain, brush, *middle)
+        patch = dabs(plain, brush, [middle])
         plain.heights[patch.rows, patch.cols] = patch.heights
     viewer.mouse.press("left", 60, 150)
     later(viewer, 0.01)
