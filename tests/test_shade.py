@@ -349,7 +349,7 @@ def test_egl_and_osmesa_give_the_same_bytes():
     for context in contexts:
         with context:
             s = Scene(context, heightmap)
-            pictures.append([s.draw(Camera.default(heightmap), style=style) for style in STYLES])
+            pictures.append([s.draw(Camera.default(heightmap), style=style) for style in ("shaded", "error")])
             s.release()
         context.release()
     assert all(np.array_equal(a, b) for a, b in zip(*pictures, strict=True))

@@ -5,6 +5,8 @@ visible share of each sky lobe, one texel for 3 × 3 cells (fold.comp). The sun 
 (sunlit.comp). If the sun moves, only these are built again. Python twins: `reference.horizon`.
 """
 
+from __future__ import annotations
+
 import math
 from typing import Any
 

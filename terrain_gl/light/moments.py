@@ -1,5 +1,7 @@
 """Integrals of the sky's lobes that do not depend on the map: glsl/horizon/fold.comp looks them up."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

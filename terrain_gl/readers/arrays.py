@@ -1,5 +1,7 @@
 """.npy arrays and SRTM .hgt tiles through numpy."""
 
+from __future__ import annotations
+
 import math
 import os
 import re

@@ -4,6 +4,8 @@ Some drivers of GDAL follow a file to the network, or to other files of the mach
 drivers in `DRIVERS`, which read the named file and its headers beside it.
 """
 
+from __future__ import annotations
+
 import mmap
 import os
 import re

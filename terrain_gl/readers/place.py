@@ -4,6 +4,8 @@ World metres count from the south-west post: x east, y north. They are converted
 file's coordinates. So a place is exact, and does not depend on how the spacing was measured.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -4,6 +4,8 @@ Heights of land have no gaps: between the lowest and the highest post, nearly ev
 voids is far outside this range.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

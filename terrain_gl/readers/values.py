@@ -1,5 +1,7 @@
 """Stored pixels as metres: encodings, marks of voids, scale and offset."""
 
+from __future__ import annotations
+
 import contextlib
 from collections.abc import Callable
 

@@ -3,6 +3,8 @@
 A window is (rows, cols) float32 metres with the northern row first, NaN where void.
 """
 
+from __future__ import annotations
+
 import os
 import threading
 from collections.abc import Sequence
