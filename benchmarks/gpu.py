@@ -101,7 +101,7 @@ def golden() -> list[str]:
 
 
 def checks(small: bool) -> list[str]:
-    """What every driver is asked: the self-test, random views, and tests of the stages (see benchmarks/drivers.py)."""
+    """Check this driver: the self-test, random views, and tests of the stages (see benchmarks/drivers.py)."""
     with create_context() as ctx:
         times = []
         for _ in range(3):
@@ -143,7 +143,7 @@ def main() -> None:
     for title, lines in parts.items():
         started = time.perf_counter()
         page += ["", f"## {title}", "", *lines()]
-        Path(args.output).write_text("\n".join([*page, ""]), encoding="utf-8")  # what is measured stays, if it is ended
+        Path(args.output).write_text("\n".join([*page, ""]), encoding="utf-8")  # at once: the run may be ended early
         print(f"{title}: {time.perf_counter() - started:.0f} s", file=sys.stderr, flush=True)
 
 

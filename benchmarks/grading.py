@@ -1,8 +1,9 @@
-"""Grade a class of forty, a quarter each blank, wrong, right and malicious, for the numbers in course/LECTURERS.md.
+"""Grade a class of forty students, for the numbers in course/LECTURERS.md.
 
-Every student hands in all lessons. A malicious one loops without end, deletes what it finds, prints a gigabyte,
-takes all memory, or starts processes, in every lesson. The table must have all points for the right answers and none
-for blank and malicious ones; what lies beside the folder of submissions must still be there, and nothing may be left.
+Every student hands in all lessons. A quarter of the students hands in blank answers, a quarter wrong, a quarter right
+and a quarter malicious ones. A malicious answer loops without end, deletes what it finds, prints a gigabyte, takes all
+memory, or starts processes. The table must have all points for the right answers, and none for blank and malicious
+ones. Files beside the folder of submissions must still be there, and no process may be left.
 
 Run: python benchmarks/grading.py FOLDER [STUDENTS [SECONDS]]
 """

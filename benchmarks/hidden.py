@@ -96,7 +96,7 @@ def standing(rng: np.random.Generator, heightmap: tg.Heightmap, way: str) -> tg.
 
 
 def random_views(views: int, seed: int) -> None:
-    """Print, after each map, for each way of standing what was counted so far."""
+    """After each map, print the counts so far, by the place of the eye."""
     rng = np.random.default_rng(seed)
     counts = {way: np.zeros(len(COUNTED), int) for way in ("above", "valley", "beside")}
     for i in range(0, views, PER_MAP):

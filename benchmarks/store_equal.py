@@ -2,17 +2,17 @@
 
     python benchmarks/store_equal.py [VIEWS [PICTURES [MAP …]]]      1000 views and 100 pictures of each map
 
-A map is a bundled one, or a file, also one in the folder TERRAIN_GL_DEM; with "+voids" after it, voids are cut out. Of
-a large one, the 1000 rows and 900 columns in the middle are used, in tiles of 32 posts. Views stand close to the ground
-or high above it, also outside the map; tolerances are 0.3, 1 and 4 px, and both metrics are used in turn.
+A map is a bundled one, or a file, also one in the folder TERRAIN_GL_DEM. With "+voids" after its name, voids are cut
+out. A large map is cropped to the 1000 rows and 900 columns in its middle. Tiles have 32 posts a side. Views stand close
+to the ground or high above it, also outside the map. Tolerances are 0.3, 1 and 4 px, and both metrics take turns.
 
-All tiles are loaded: each view must have the same patches, bit for bit, and the same certificate; in each picture all
-samples (four a pixel) must see the same place of the map, and all pixels must be equal in the styles `lambert` and
-`normals`, bit for bit.
-Few slots: a pool for half of the tiles, which change with the views. Each view must be certified within its tolerance,
-unless it needs more tiles than there are slots; it is then not complete. How many have the patches of the map in memory
-is counted: where a finer tile is not loaded, the bound of a coarser one may choose another patch. Exit status 1 if a
-view is not as it must be.
+First all tiles are loaded. Each view must have the same patches and the same certificate. In each picture, all samples
+(four a pixel) must see the same place of the map, and all pixels must be equal in the styles `lambert` and `normals`.
+All of this is compared bit for bit.
+Then there are slots for half of the tiles, and tiles change with the views. Each view must be certified within its
+tolerance, unless it needs more tiles than there are slots; then it is not complete. The views with the same patches as
+the map in memory are counted. If a finer tile is not loaded, the bound of a coarser one may choose another patch.
+The exit status is 1 if a view is not as it must be.
 """
 
 from __future__ import annotations

@@ -18,9 +18,10 @@ void main() {
 
 
 def ask(ctx, path, statements, a, b=0.0, defines=None, bind=lambda kernel: None):
-    """(n, 4) float64: what GLSL `statements`, which end in a return, make of each row of `a` and `b`, (n, 4) or (4,).
+    """Run GLSL statements for each row of `a` and `b`, (n, 4) or (4,); returns the results, (n, 4) float64.
 
-    They know what the file at `path` provides; `bind` makes visible what that needs, but for storage blocks 14 and 15.
+    The statements end with a return, and may use all that the file at `path` provides. `bind` binds what that file
+    reads. Storage blocks 14 and 15 are taken.
     """
     a = np.atleast_2d(np.asarray(a, "f4"))
     pairs = np.stack(np.broadcast_arrays(a, np.asarray(b, "f4")), 1)

@@ -27,7 +27,7 @@ KEY_CODES |= {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40}
 
 
 def apart():
-    """Words before a command that take the network away from it; empty where the system gives no namespaces."""
+    """Prefix of a command that then has no network; empty if the system has no namespaces."""
     possible = shutil.which("unshare") and subprocess.run([*APART, "true"], capture_output=True).returncode == 0
     return APART if possible else []
 
@@ -42,7 +42,7 @@ def high_pipe():
 
 
 class Page:
-    """One page. `requests` has all that it asked for, `complaints` what its console says is wrong."""
+    """A page. `requests` lists the addresses that it asked for, `complaints` the errors in its console."""
 
     def __init__(self, folder, *flags):
         asked, self._ask = high_pipe()

@@ -114,7 +114,7 @@ def texts(url, outside):
     }  # fmt: skip
 
 
-# What may be read all the same, for what GDAL would follow in them is not asked for.
+# Files that may be read: GDAL would follow parts of them, but nobody asks for these parts.
 HARMLESS = ("overview.vrt", "crs.vrt", "overview.tif", "tags.tif")
 
 

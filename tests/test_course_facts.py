@@ -348,7 +348,7 @@ def facts():
 
 
 def missing(number, kind, words):
-    """What a check names and what is not there."""
+    """The names in a check that do not exist."""
     root = folders.HERE.parent
     if kind == "test":
         path, name = words.split("::")

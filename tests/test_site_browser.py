@@ -15,7 +15,7 @@ ROOT = Path(__file__).parent.parent
 SITE = ROOT / "build" / "site"
 PAGES = sorted(str(path.relative_to(SITE)) for path in SITE.rglob("*.html"))
 LESSONS = SITE / "course" / "lessons"
-PICTURES = os.environ.get("TERRAIN_GL_SCREENSHOTS")  # a folder, for who wants to look
+PICTURES = os.environ.get("TERRAIN_GL_SCREENSHOTS")  # folder for screenshots
 
 if browser.CHROMIUM is None:
     pytest.skip("Chromium is not there: apt-get install chromium", allow_module_level=True)
@@ -47,7 +47,7 @@ def address(page):
 
 
 def taken(page, name):
-    """Keep a picture for who wants to look."""
+    """Save a screenshot, if there is a folder for it."""
     if PICTURES:
         Path(PICTURES).mkdir(parents=True, exist_ok=True)
         page.picture(Path(PICTURES) / f"{name}.png")
@@ -63,7 +63,7 @@ def page(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def looks(page):
-    """What each page of the site shows, and what is wrong with it, by name."""
+    """For each page of the site, by name: what it shows, and its faults."""
     found = {}
     for name in PAGES:
         page.requests, page.complaints = [], []
@@ -182,7 +182,7 @@ class Widget:
         )
 
     def said(self, key):
-        """A number that the widget tells."""
+        """A number that the widget shows."""
         return json.loads(self.value(f"element.dataset.{key}"))
 
     def box(self, selector, index=0):
@@ -214,7 +214,7 @@ class Widget:
         return float(self.told().split("rms error ")[1].split()[0])
 
     def focus(self, selector, index=0):
-        """Give a part the keys."""
+        """Move the keyboard's focus to a part."""
         self.value(f"element.querySelectorAll('{selector}')[{index}].focus()")
 
     def told(self):
