@@ -3,8 +3,8 @@
     python benchmarks/store_equal.py [VIEWS [PICTURES [MAP …]]]      1000 views and 100 pictures of each map
 
 A map is a bundled one, or a file, also one in the folder TERRAIN_GL_DEM. With "+voids" after its name, voids are cut
-out. A large map is cropped to the 1000 rows and 900 columns in its middle. Tiles have 32 posts a side. Views stand close
-to the ground or high above it, also outside the map. Tolerances are 0.3, 1 and 4 px, and both metrics take turns.
+out. A large map is cropped to the 1000 rows and 900 columns in its middle. Tiles have 32 posts a side. Views stand
+close to the ground or high above it, also outside the map. Tolerances are 0.3, 1 and 4 px. Both metrics take turns.
 
 First all tiles are loaded. Each view must have the same patches and the same certificate. In each picture, all samples
 (four a pixel) must see the same place of the map, and all pixels must be equal in the styles `lambert` and `normals`.
