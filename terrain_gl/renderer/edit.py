@@ -239,5 +239,6 @@ def _span(n: int, which: Any, name: str) -> slice:
     if isinstance(posts, int):
         posts = range(posts, posts + 1)
     if posts is None or posts.step != 1 or isinstance(which, bool):
-        raise UsageError(f"edit: {name} must be a slice without a step, or {-n} to {n - 1}, got {which!r}")
+        one = f"a number from {-n} to {n - 1}"
+        raise UsageError(f"edit: {name} must be a slice without a step, or {one}, got {which!r}")
     return slice(posts.start, max(posts.start, posts.stop))
