@@ -8,6 +8,7 @@ from terrain_gl import cli, reference
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import linear_from_srgb
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.shade.contours import MOST, interval_m
@@ -45,6 +46,61 @@ def test_lines_stand_where_the_plane_has_their_height_and_each_fifth_is_heavy():
     assert seen.sum() > 10 and np.allclose(found, expected[seen], atol=0.3)
     heavy = heights[seen] % 100 == 0
     assert weight[heavy].min() > 1.5 * weight[~heavy].max()
+
+
+def ink_across(plain, lined, column):
+    """Pixels of ink of each line that a column of the picture crosses, as shares of the land's linear light."""
+    before, after = linear_from_srgb(plain[:, column, 0]), linear_from_srgb(lined[:, column, 0])
+    ink = 1 - after / before
+    rims = np.flatnonzero(np.diff(np.concatenate([[0], (ink > 0.02).astype(int), [0]])))
+    return np.array([ink[a:b].sum() for a, b in rims.reshape(-1, 2)])
+
+
+THIN, INDEX = 0.6 * 1.2, 0.8 * 2.2  # opacity and width in pixels, of glsl/shade/contours.glsl
+
+
+def test_a_line_has_one_width_on_a_cliff_and_at_a_grazing_angle():
+    x, y = np.mgrid[0:121, 0:241][::-1]
+    cliff = np.where(x < 120 + y % 2, 0.0, 400.0) + 0.05 * x  # 400 m up between two posts, and not straight
+    land, (east, north) = Heightmap(cliff.astype("f4"), 10.0), (1195.0, 600.0)
+    in_front = Camera((east - 900.0, north, 210.0), (east, north, 210.0), 40.0)
+    plain, lined = shown(land, in_front), shown(land, in_front, contour_m=50.0)
+    for column in range(40, 200, 20):
+        found = ink_across(plain, lined, column)[1:-1]  # at the rims, half of the pixel is other land
+        heavy = found > (THIN + INDEX) / 2
+        assert len(found) >= 5 and heavy.sum() == 1
+        assert np.allclose(found[heavy], INDEX, rtol=0.2) and np.allclose(found[~heavy], THIN, rtol=0.2)
+    slope = Heightmap(np.broadcast_to(0.2 * np.arange(241.0), (121, 241)).astype("f4"), 10.0)
+    along = Camera((0.0, 600.0, 60.0), (2000.0, 600.0, 45.0), 20.0)
+    found = ink_across(shown(slope, along), shown(slope, along, contour_m=2.0), SIZE[0] // 2)
+    assert len(found) > 5 and found.max() < 1.2 * INDEX
+
+
+def test_labels_give_the_height_of_the_land_where_they_are():
+    y, x = np.mgrid[0:121, 0:241]
+    hill = Heightmap((600 * np.exp(-((x - 120) ** 2 + (y - 60) ** 2) / 900)).astype("f4"), 10.0)
+    size, camera = (640, 360), Camera((1200.0, -700.0, 900.0), (1200.0, 600.0, 200.0), 45.0)
+    with Renderer(hill, size) as renderer:
+        assert renderer.contour_labels(10.0) == []
+        renderer.render(camera, style="lambert", contour_m=10.0)
+        labels = renderer.contour_labels(10.0)
+        places = renderer.picture.places()[0]
+        wet = renderer.contour_labels(10.0, 300.0)
+        half = renderer.contour_labels(20.0, None, 2.0)  # of land that is twice as high
+        assert renderer.contour_labels(None) == []
+    assert len(labels) > 4 and len(set(labels)) == len(labels)
+    for label in labels:
+        col, row = places[int(label.y), int(label.x)]
+        height_m = float(label.name.removesuffix(" m"))
+        assert height_m % 50 == 0 and abs(post_m(hill, col, row) - height_m) < 12, label
+    assert {float(label.name[:-2]) for label in wet} == {
+        h for h in {float(each.name[:-2]) for each in labels} if h >= 300
+    }
+    assert {float(label.name[:-2]) % 50 for label in half} == {0.0}
+
+
+def post_m(heightmap, col, row):
+    return float(heightmap.heights[round(float(row)), round(float(col))])
 
 
 def test_without_the_option_nothing_changes_and_lines_are_lines_alone():

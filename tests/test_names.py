@@ -61,7 +61,7 @@ def test_the_property_is_chosen_and_points_without_it_have_no_name():
 
 
 def test_names_that_would_cover_each_other_are_left_out():
-    stamps = name_stamps((640, 360), [("one", 100, 100), ("two", 104, 102), ("three", 300, 100)])
+    stamps = name_stamps((640, 360), [("one", 100, 100, False), ("two", 104, 102, False), ("three", 300, 100, False)])
     assert len(stamps) == 2 and stamps[0].top > 100 and stamps[1].left > 300
 
 

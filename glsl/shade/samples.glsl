@@ -10,8 +10,8 @@
 vec3 ground_colour(Ground g, int sample_);
 vec3 sky_colour(vec3 direction);
 
-// Ground with its contour lines.
-vec3 drawn_colour(Ground g, int sample_) { return contoured(ground_colour(g, sample_), g); }
+// Ground that samples see, given as bits, with its contour lines.
+vec3 drawn_colour(Ground g, int samples) { return contoured(ground_colour(g, findLSB(samples)), g, samples); }
 
 // The samples, as bits, that see ground inside the footprint of this place.
 int samples_near(Ground g) {
@@ -84,7 +84,7 @@ vec3 pixel_colour() {
     return EDGE == 0 || PIXELS == OPEN ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES);
 }
 #elif PIXELS == NEAR
-vec3 pixel_colour() { return drawn_colour(ground_of(ALL), 0); }
+vec3 pixel_colour() { return drawn_colour(ground_of(ALL), ALL); }
 #else
 vec3 pixel_colour() {
     int left = 0;
@@ -95,7 +95,7 @@ vec3 pixel_colour() {
         int sample_ = findLSB(left);
         int alike = left & (samples_near(footprint_at(post_of_sample(sample_))) | 1 << sample_);
         left &= ~alike;
-        sum += float(bitCount(alike)) * drawn_colour(ground_of(alike), sample_);
+        sum += float(bitCount(alike)) * drawn_colour(ground_of(alike), alike);
     } while (left != 0);
     return sum / float(SAMPLES);
 }

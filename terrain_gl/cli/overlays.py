@@ -23,7 +23,7 @@ def add(command: Any) -> None:
     """Declare `--overlay` and `--labels`."""
     what = "over the land: GeoJSON, GPX, KML, a picture or values"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
-    what = f"text of points: a property, or none (default: {LABEL})"
+    what = f"text of points: a property (default: {LABEL}), or none, also of contours"
     command.add_argument("--labels", metavar="PROPERTY", default=LABEL, help=what)
 
 
@@ -71,7 +71,7 @@ def names(args: argparse.Namespace, seen: list[Label]) -> list[Stamp]:
     try:
         return name_stamps(args.size, seen)
     except TerrainError as error:
-        report.note(f"no names beside points: {error}")
+        report.note(f"no names and no heights of contours: {error}")
         return []
 
 

@@ -76,7 +76,10 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
     def receive(piece: Piece, pixels: np.ndarray) -> None:
         nonlocal rows, sees_land
         sees_land = sees_land or renderer.picture.sees_land()
-        seen.extend([] if exact else renderer.labels())
+        if not exact:
+            seen.extend(renderer.labels())
+            if args.labels != overlays.NO_LABELS:
+                seen.extend(renderer.contour_labels(args.contour_m, args.water_m))
         if piece.corner[0] == 0:
             rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels

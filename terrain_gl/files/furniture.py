@@ -14,9 +14,9 @@ from ..camera import Camera
 from ..image import srgb_from_linear
 from ..light.ramps import Ramp
 
-_INK = np.array([255, 255, 255], np.float32)
-_PAPER = np.array([20, 24, 28], np.float32)
-_OPACITY = 0.6  # of the panels under the ink
+INK = np.array([255, 255, 255], np.float32)  # also of names in the window: viewer/theme.py
+PAPER = np.array([20, 24, 28], np.float32)
+OPACITY = 0.6  # of the panels under the ink
 _PART = 0.2  # the longest scale bar, as a part of the picture's width
 _FINE = 4  # subsamples a side of a pixel of the arrow
 
@@ -66,8 +66,13 @@ def furniture(
     return stamps
 
 
-def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float]]) -> list[Stamp]:
-    """Names, each at the lower right of its column and row; one that would cover an earlier one is left out.
+def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float, bool]]) -> list[Stamp]:
+    """Names at columns and rows; one that would cover an earlier one is left out.
+
+    Parameters
+    ----------
+    names
+        Each with a column, a row, and whether its middle is there; otherwise it is at the lower right.
 
     Raises
     ------
@@ -76,8 +81,11 @@ def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float]]
     """
     px = _type_px(14, size)
     stamps: list[Stamp] = []
-    for words, column, row in names:
-        made = _panel(_line(words, px), (round(column + 0.4 * px), round(row + 0.4 * px)), px // 2)
+    for words, column, row, is_centred in names:
+        ink = _line(words, px)
+        left = column - (0.5 * ink.shape[1] + px // 4 if is_centred else -0.4 * px)
+        top = row - (0.5 * ink.shape[0] + px // 4 if is_centred else -0.4 * px)
+        made = _panel(ink, (round(left), round(top)), px // 2)
         if not any(_overlap(made, other) for other in stamps):
             stamps.append(made)
     return stamps
@@ -132,14 +140,14 @@ def _panel(ink: np.ndarray, at: tuple[int, int], px: int) -> Stamp:
     """Ink (height, width, 4) on a panel with a margin."""
     margin = px // 2
     over = np.pad(ink, ((margin, margin), (margin, margin), (0, 0)))
-    opacity = over[..., 3:] + _OPACITY * (1 - over[..., 3:])
-    colours = (over[..., :3] * over[..., 3:] + _PAPER * _OPACITY * (1 - over[..., 3:])) / opacity
+    opacity = over[..., 3:] + OPACITY * (1 - over[..., 3:])
+    colours = (over[..., :3] * over[..., 3:] + PAPER * OPACITY * (1 - over[..., 3:])) / opacity
     return Stamp(*at, np.concatenate([colours, opacity], -1))
 
 
 def _ink(opacity: np.ndarray) -> np.ndarray:
     """(height, width, 4) white of an opacity (height, width)."""
-    return np.concatenate([np.broadcast_to(_INK, (*opacity.shape, 3)), opacity[..., None]], -1).astype("f4")
+    return np.concatenate([np.broadcast_to(INK, (*opacity.shape, 3)), opacity[..., None]], -1).astype("f4")
 
 
 def _line(words: str, px: int) -> np.ndarray:

@@ -18,11 +18,15 @@ _SLACK = 0.985  # of a depth, as in glsl/view/lines.frag: a point lies on land, 
 
 
 class Label(NamedTuple):
-    """A name, and the column and row of its point, counted from the upper left corner of the whole picture."""
+    """A name, and the column and row of its point, counted from the upper left corner of the whole picture.
+
+    The name is at the lower right of its point, or centred on it.
+    """
 
     name: str
     x: float
     y: float
+    is_centred: bool = False
 
 
 def labels_seen(

@@ -13,6 +13,7 @@ map; `inspector` answers questions about the last frame.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from types import TracebackType
@@ -34,8 +35,10 @@ from ..image import png_bytes, reduced
 from ..lod import Selection
 from ..lod.cracks import with_cracks
 from ..pages.streaming import Streaming
+from ..shade.contours import interval_m
 from ..shade.picture import TILE_PX, Picture
 from ..terrain import Terrain
+from .contour_labels import contour_labels
 from .draped import OverlayLines
 from .edit import Editor
 from .frame import DrawnFrame, Frame
@@ -322,6 +325,21 @@ class Renderer:
         if self._drawn is None:
             return []
         return labels_seen(self.overlays if overlays is None else overlays, self.picture, *self._drawn)
+
+    @in_session
+    def contour_labels(self, contour_m: float | None, water_m: float | None = None, factor: float = 1.0) -> list[Label]:
+        """Heights of the index lines in the last picture; arguments as in `RenderOptions`.
+
+        Parameters
+        ----------
+        factor
+            All heights of the map are this many times the true ones, which are written.
+        """
+        if self._drawn is None or contour_m is None:
+            return []
+        interval = contour_m or interval_m(*self.heightmap.range_m)
+        least_m = -math.inf if water_m is None else water_m
+        return contour_labels(self.picture, *self._drawn, interval, least_m, factor)
 
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables are updated. See `Editor.edit`."""

@@ -9,11 +9,11 @@ from ..basics.words import metres
 from .controller import Controller
 from .frame_stats import FRAMES, STAGES, FrameStats, Record, bound_words, clock, drawing_ms, seconds
 from .painter import Painter
+from .theme import ACCENT
 from .widgets import Widgets
 
-COLOURS = {"lod": (0.40, 0.70, 1.0, 1.0), "draw": (1.0, 0.80, 0.47, 1.0), "shade": (0.55, 0.85, 0.55, 1.0)}
+COLOURS = {"lod": (0.40, 0.70, 1.0, 1.0), "draw": ACCENT, "shade": (0.55, 0.85, 0.55, 1.0)}
 SOFT = (1.0, 1.0, 1.0, 0.35)
-ACCENT = (1.0, 0.80, 0.47, 1.0)
 PAPER = (1.0, 1.0, 1.0, 0.04)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..basics.words import metres
 from ..renderer import Renderer
 from ..verify.explain import Choice, Explanation, Lookup
+from .theme import ACCENT, WARNING
 from .widgets import Widgets
 
 AROUND = 0.5  # tiles around the box that are shown, relative to its side
@@ -16,8 +17,7 @@ LEAST = 8  # fewest tiles that are shown along a side
 SIDE_EM = 8.0  # side of the picture, in heights of the typeface
 _ABOVE = (0.93, 0.30, 0.25)
 _LOW, _HIGH = np.array([0.05, 0.08, 0.16]), np.array([0.55, 0.68, 0.85])
-_BOX = (1.0, 0.80, 0.47, 1.0)
-_ADDS, _SUBTRACTS = (0.45, 0.95, 0.55, 1.0), (1.0, 0.45, 0.40, 1.0)
+_ADDS = (0.45, 0.95, 0.55, 1.0)
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,10 @@ def show(ui: Widgets, box: ErrorBox) -> None:
         paper.add_rect_filled(corner, (corner[0] + step - 1, corner[1] + step - 1), filled)
     x0, y0, x1, y1 = (v - box.first[i % 2] for i, v in enumerate(box.lookup.tiles))
     ends = (left + x0 * step, top + y0 * step), (left + x1 * step, top + y1 * step)
-    paper.add_rect(*ends, colour(_BOX), 0.0, 2 * ui.scale)
+    paper.add_rect(*ends, colour(ACCENT), 0.0, 2 * ui.scale)
     for i in range(4):
         at = ends[i & 1][0], ends[i >> 1][1]
-        paper.add_circle_filled(at, 4 * ui.scale, colour(_ADDS if i in (0, 3) else _SUBTRACTS))
+        paper.add_circle_filled(at, 4 * ui.scale, colour(_ADDS if i in (0, 3) else WARNING))
     imgui.same_line()
     imgui.begin_group()
     a, b, c, d = box.lookup.corners

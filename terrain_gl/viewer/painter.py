@@ -57,7 +57,8 @@ class Painter:
     overlays
         The overlays of the map, for their names.
     labels
-        The names of points in the last picture that no land hides, with columns and rows of the window.
+        The names of points in the last picture that no land hides, and the heights of its contour lines, with columns
+        and rows of the window.
     """
 
     def __init__(self, ctx: moderngl.Context, budget: FrameBudget) -> None:
@@ -234,7 +235,11 @@ class Painter:
         self.frame.stats = stats[0]
         self.frame.way = way
         across, down = (n / own for n, own in zip(spec.size, renderer.picture.size, strict=True))
-        self.labels = [Label(name, across * x, down * y) for name, x, y in renderer.labels(self.overlays)]
+        labels = renderer.labels(self.overlays)
+        if len({side.contour_m for side in spec.sides}) == 1:
+            first = spec.sides[0]
+            labels += renderer.contour_labels(first.contour_m, first.water_m, spec.exaggeration)
+        self.labels = [each._replace(x=across * each.x, y=down * each.y) for each in labels]
         self.frame.measured_px = None
         self.side_measured = []
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk

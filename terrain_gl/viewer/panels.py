@@ -18,7 +18,7 @@ from . import (
     sections,
 )
 from .legend import COLOURS, legend
-from .theme import FONT_PX
+from .theme import ACCENT, FONT_PX, INK_OF_NAMES, PAPER_OF_NAMES, WARNING
 from .viewer import Progress, Viewer
 from .widgets import Widgets
 from .window_state import Size
@@ -30,8 +30,6 @@ LARGE = 1.5  # size of the type of a lecture, relative to that of the panels
 NARROW_EM = 11.0  # a side of a split picture that is narrower has no legend
 MARGIN = 10.0  # around the panel, in units of length
 _ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
-_RECORDING = (1.0, 0.45, 0.40, 1.0)
-_INK, _PAPER = (1.0, 1.0, 1.0, 1.0), (0.08, 0.09, 0.11, 0.6)  # of names: those of files/furniture.py
 _ABOUT = {
     "Map": "Which map is shown, and its scale.",
     "Detail": "How fine the mesh is.",
@@ -133,13 +131,13 @@ class Panels:
                 self._legend_alone(ui, size)
 
     def _names(self, ui: Widgets) -> None:
-        """The names of points, over the picture and behind all panels."""
+        """The names of points and heights of contours, over the picture and behind all panels."""
         imgui = ui.imgui
         draw = imgui.get_background_draw_list()
-        ink, paper = (imgui.color_convert_float4_to_u32(colour) for colour in (_INK, _PAPER))
-        for name, x, y in self._viewer.painter.labels:
-            left, top = x + 0.4 * ui.em, y + 0.4 * ui.em
+        ink, paper = (imgui.color_convert_float4_to_u32(colour) for colour in (INK_OF_NAMES, PAPER_OF_NAMES))
+        for name, x, y, is_centred in self._viewer.painter.labels:
             width, height = imgui.calc_text_size(name)
+            left, top = (x - width / 2, y - height / 2) if is_centred else (x + 0.4 * ui.em, y + 0.4 * ui.em)
             draw.add_rect_filled((left - 0.2 * ui.em, top), (left + width + 0.2 * ui.em, top + height), paper)
             draw.add_text((left, top), ink, name)
 
@@ -288,13 +286,12 @@ class Panels:
     def _patch(self, ui: Widgets, patch: Explanation) -> None:
         """Build the explanation of a patch."""
         imgui = ui.imgui
-        accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
         scene = self._viewer.scene
         place = self._viewer.explainer.place
         if place is not None:
             imgui.text(", ".join(orientation.place_lines(scene.heightmap, place, scene.exaggeration)))
         imgui.text(explain_text.plain(patch))
-        imgui.text_colored(accent, explain_text.title(patch))
+        imgui.text_colored(ACCENT, explain_text.title(patch))
         if box := self._viewer.explainer.error_box:
             error_box.show(ui, box)
             for line in error_box.lines(patch):
@@ -307,7 +304,7 @@ class Panels:
                 for cell in row:
                     imgui.table_next_column()
                     if row[-1] == "drawn":
-                        imgui.text_colored(accent, cell)
+                        imgui.text_colored(ACCENT, cell)
                     else:
                         imgui.text(cell)
             imgui.end_table()
@@ -325,7 +322,6 @@ class Panels:
         if not (lecture and lecture.station and self._viewer.scene.has_map) or self._settings.help:
             return
         imgui = ui.imgui
-        accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
         sentences, question = lecture.texts()
         width = size[0] - 2 * MARGIN * ui.scale
         anchor = 0.5, 1 - MARGIN * ui.scale / size[1]
@@ -336,7 +332,7 @@ class Panels:
             with ui.wrapped(0.94 * width):
                 for sentence in sentences:
                     imgui.text(sentence)
-                imgui.push_style_color(imgui.Col_.text, accent)
+                imgui.push_style_color(imgui.Col_.text, ACCENT)
                 imgui.text(question)
                 imgui.pop_style_color()
             imgui.pop_font()
@@ -359,7 +355,7 @@ class Panels:
         with ui.window("##status", anchor, size, pivot=(0.5, 1.0), takes_mouse=takes_mouse):
             with ui.wrapped(0.9 * (size[0] - self._taken(ui, size))):
                 if recording:
-                    ui.imgui.text_colored(_RECORDING, "recording: R stops")
+                    ui.imgui.text_colored(WARNING, "recording: R stops")
                 if message:
                     ui.imgui.text(message)
                 if note:

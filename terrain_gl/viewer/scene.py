@@ -29,6 +29,7 @@ class FrameSpec:
     size: Size
     sides: tuple[RenderOptions, ...]
     divider: float
+    exaggeration: float = 1.0  # of the map: labels of contours give true heights
 
     def part(self, side: int) -> tuple[float, float]:
         """Where a side begins and ends, from 0 at the left edge to 1."""
@@ -164,7 +165,8 @@ class Scene:
             changes["chosen_for"] = self.frozen
         sides = [replace(side, **changes, **self._of_map(side)) for side in self.settings.sides]
         self.controller.bend_per_m = sides[0].seen(self.heightmap, self.controller.camera).bend_per_m
-        return FrameSpec(self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider)
+        picture = self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider
+        return FrameSpec(*picture, self.exaggeration)
 
     def _of_map(self, side: RenderOptions) -> dict[str, Any]:
         """Options that depend on the map: a style that a preview can show, and contour lines at true heights."""

@@ -5,7 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from ..files.furniture import INK, OPACITY, PAPER
+
+Colour = tuple[float, float, float, float]
+
 FONT_PX = 15.0
+ACCENT: Colour = (1.0, 0.80, 0.47, 1.0)
+WARNING: Colour = (1.0, 0.45, 0.40, 1.0)
+INK_OF_NAMES: Colour = (*(INK / 255).tolist(), 1.0)
+PAPER_OF_NAMES: Colour = (*(PAPER / 255).tolist(), OPACITY)
 _COLOURS = {
     "text": (0.93, 0.94, 0.95, 1.0),
     "text_disabled": (0.62, 0.66, 0.70, 1.0),
@@ -18,21 +26,21 @@ _COLOURS = {
     "title_bg": (0.04, 0.055, 0.08, 0.90),
     "title_bg_active": (0.04, 0.055, 0.08, 0.90),
     "title_bg_collapsed": (0.04, 0.055, 0.08, 0.80),
-    "check_mark": (1.0, 0.80, 0.47, 1.0),
-    "slider_grab": (1.0, 0.80, 0.47, 0.62),
-    "slider_grab_active": (1.0, 0.80, 0.47, 0.75),
+    "check_mark": ACCENT,
+    "slider_grab": (*ACCENT[:3], 0.62),
+    "slider_grab_active": (*ACCENT[:3], 0.75),
     "button": (1.0, 1.0, 1.0, 0.08),
-    "button_hovered": (1.0, 0.80, 0.47, 0.30),
-    "button_active": (1.0, 0.80, 0.47, 0.50),
+    "button_hovered": (*ACCENT[:3], 0.30),
+    "button_active": (*ACCENT[:3], 0.50),
     "header": (1.0, 1.0, 1.0, 0.06),
-    "header_hovered": (1.0, 0.80, 0.47, 0.20),
-    "header_active": (1.0, 0.80, 0.47, 0.30),
+    "header_hovered": (*ACCENT[:3], 0.20),
+    "header_active": (*ACCENT[:3], 0.30),
     "tab": (1.0, 1.0, 1.0, 0.06),
-    "tab_hovered": (1.0, 0.80, 0.47, 0.30),
-    "tab_selected": (1.0, 0.80, 0.47, 0.20),
-    "tab_selected_overline": (1.0, 0.80, 0.47, 0.60),
+    "tab_hovered": (*ACCENT[:3], 0.30),
+    "tab_selected": (*ACCENT[:3], 0.20),
+    "tab_selected_overline": (*ACCENT[:3], 0.60),
     "separator": (1.0, 1.0, 1.0, 0.12),
-    "plot_histogram": (1.0, 0.80, 0.47, 0.80),
+    "plot_histogram": (*ACCENT[:3], 0.80),
     "scrollbar_bg": (0.0, 0.0, 0.0, 0.0),
     "scrollbar_grab": (1.0, 1.0, 1.0, 0.15),
 }
