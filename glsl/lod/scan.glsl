@@ -1,6 +1,6 @@
 // lod/scan.glsl — sums over the threads of one work group: for each thread, the sum of all threads before it.
 //   Log-step scan (Hillis, Steele 1986, "Data parallel algorithms"):
-//   in round i each thread adds the sum 2^i threads before.
+//   in round i each thread adds the sum of the thread 2^i places before it.
 //
 //     4, 5, 14, 2   →   0, 4, 9, 23
 //

@@ -17,16 +17,16 @@ from dataclasses import replace
 from .selection import Goal, Selection
 
 PATCH_COST = 1.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
-PRICES = 24  # prices tried at once, and how many times: glsl/lod/rings/prices.glsl
+PRICES = 24  # prices tried at once, in each of PASSES passes: glsl/lod/rings/prices.glsl
 PASSES = 3
 LOWEST_LOG2 = -36.0
 HIGHEST_LOG2 = 60.0
-CHEAPEST = 2.0**LOWEST_LOG2  # give the most triangles, and the fewest
-DEAREST = 2.0 ** (HIGHEST_LOG2 - 1)
-CLOSE = 0.985  # a mesh with at least this part of the budget is accepted
-UNCUT = 0.85  # the first target, as a part of the budget
+CHEAPEST = 2.0**LOWEST_LOG2  # the lowest price: it gives the most triangles
+DEAREST = 2.0 ** (HIGHEST_LOG2 - 1)  # from this price on, the number of triangles is taken as the smallest
+CLOSE = 0.985  # a mesh with at least this share of the budget is accepted
+UNCUT = 0.85  # the first target, as a share of the budget
 TRIES = 6  # after this many targets, the best mesh that fits is taken
-FINEST_PX_LOG2 = -8.0  # tolerances that are tried for the metric "max"
+FINEST_PX_LOG2 = -8.0  # the finest and the coarsest tolerance that are tried for the metric "max"
 COARSEST_PX_LOG2 = 20.0
 SURE_LOG2 = 1 / 64  # the tolerance is found to about one per cent
 
@@ -41,7 +41,7 @@ def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
     mesh_for
         Makes the mesh for a target.
     """
-    target = max(2, int(UNCUT * triangles))  # low fits, high does not
+    target = max(2, int(UNCUT * triangles))  # the mesh of the target `low` fits, that of `high` does not
     low = 0
     high = 1 << 31
     attempt = 0
@@ -60,7 +60,7 @@ def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
 
 
 def smallest_tolerance(goal: Goal, select: Callable[[Goal], Selection]) -> Selection:
-    """The mesh of the smallest tolerance, among the largest errors, that has at most `goal.triangles`.
+    """Find the smallest tolerance of the largest error whose mesh has at most `goal.triangles`; returns this mesh.
 
     The number of triangles falls when the tolerance rises; with logarithmic axes the curve is nearly a straight line.
     So each step tries the tolerance where the chord between two known meshes meets the budget. If the coarsest mesh

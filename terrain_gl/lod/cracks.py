@@ -1,7 +1,7 @@
 """Patches that do not agree on edges: the mesh has cracks. It shows what agreement is for; nothing is certified.
 
 Where two patches have different numbers of segments, the vertices of the finer one lie beside the straight edges of
-the coarser one. From above the mesh is whole: a crack is a gap between two lines, one over the other.
+the coarser one. From above the mesh is whole: a crack is a gap between two edges, one above the other.
 """
 
 from dataclasses import replace

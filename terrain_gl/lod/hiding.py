@@ -93,7 +93,7 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
         return NO_HIDING
     focal_px = camera.focal_px(size[1])
     half = camera.half_extent(size)
-    # at the near plane, the surface may be drawn this much too high, as a part of the plane's distance
+    # at the near plane, the surface may be drawn this much too high, as a fraction of the plane's distance
     # (lod/project.glsl)
     drawn_off = farthest_px / (focal_px * min(1.0, math.hypot(*half)))
     if not is_above_ground(terrain, view.eye[0], view.eye[2], view.reach_m * (1.0 + drawn_off)):

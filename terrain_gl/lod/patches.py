@@ -66,7 +66,7 @@ class OwnEdges:
     Attributes
     ----------
     agreed
-        The patches, as they are drawn otherwise. All buffers are theirs.
+        The patches with the edges that neighbours agreed on. Both surfaces share all buffers.
     """
 
     def __init__(self, agreed: OfPatches) -> None:

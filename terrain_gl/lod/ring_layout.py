@@ -1,8 +1,8 @@
 """Where the rings of the clipmap are: nested rectangles of blocks around the eye.
 
 Ring l has cells of 2^l posts. A block is 8 × 8 cells. A ring is about square in metres, and `across` blocks wide along
-the axis with the larger spacing. It follows the eye in steps of four of its cells, so the next finer ring ends on
-its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
+the axis with the larger spacing. It follows the eye in steps of four of its cells, so it begins and ends on the lattice
+of the next coarser ring (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ..basics.rect import Rect
 
 BLOCK_SIDE = 8  # ring cells along a block's side
-# least triangles of a budget, and blocks across
+# pairs: from this number of triangles on, a ring has this many blocks across
 _ACROSS = ((200_000, 64), (60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))
 BLOCKS_ACROSS = 8  # blocks across a ring, along the axis with the larger spacing
 
@@ -141,5 +141,5 @@ def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
 
 
 def across_for(triangles: int) -> int:
-    """Blocks across a ring for a budget. No unit becomes a block there, so many triangles need many units."""
+    """Blocks across a ring for a budget. More triangles need more units: the search for a price cuts no unit."""
     return next((across for least, across in _ACROSS if triangles >= least), 4)

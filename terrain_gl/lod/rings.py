@@ -2,7 +2,7 @@
 
     cull     list the blocks that are in the picture                          glsl/lod/rings/cull.comp
     decide   cut each block into squares, look up their spacing               glsl/lod/rings/decide.comp, three rounds
-    spawn    make blocks of units that need 8 segments a side or more         after each of these rounds but the last
+    spawn    make blocks of units that need 8 segments a side or more         after the first and the second round
     agree    neighbours agree on edges; split leaves with more than 64        two rounds, or four, ...
     horizon  find the horizon around the eye                                  glsl/lod/rings/horizon.comp
     count    leave out hidden leaves, compute the bounds of the others        glsl/lod/rings/hidden.glsl
@@ -100,7 +100,10 @@ class RingsSelector(OfPatches):
     def _choose(
         self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal, few: int | None = None
     ) -> Selection:
-        """Choose for a tolerance, or for least squares. With `few`, a tolerance for that budget, patches cost less."""
+        """Choose patches for a tolerance, or for a budget of least squares.
+
+        `few` is a number of triangles: the tolerance is one of those tried for this budget, and a patch costs less.
+        """
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
         self._variant = "budget" if triangles else "few" if few else goal.metric

@@ -64,7 +64,7 @@ class Selection:
     most_triangles
         An upper bound of the triangles that the GPU makes, those without area included.
     splits
-        Nodes of the quadtree that were split.
+        Of the quadtree: nodes that were split. Of the clipmap: leaves smaller than their block.
     certified_px
         The bound of the screen error over all patches, in the requested metric; in metres with `METRES`; None if
         nothing is certified.

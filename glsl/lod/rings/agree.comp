@@ -2,8 +2,9 @@
 //   A finer neighbour cuts the common edge. The bound of a leaf holds whatever edges are cut (error/node_errors.glsl),
 //   so most leaves stay as they are. But an edge has at most 64 segments: a leaf that would need more is split in four.
 //   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only become
-//   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed
-//   and at those along their edges. So the last round of each leaf stores its final edges. One thread handles one leaf.
+//   finer, so the rounds come to an end. The first round looks at all leaves. Each later round looks at the leaves that
+//   have changed, and at all leaves along their edges. So the last round that looks at a leaf stores its final edges.
+//   One thread handles one leaf.
 
 #include "lod/rings/leaf.glsl"
 #include "lod/rings/edges.glsl"
@@ -31,7 +32,7 @@ void append_to_queue(int round_, int id, uint word) {
 
 uint queued(int round_, uint k) { return list[(round_ > 0 ? list_at(1 + (round_ & 1)) : 0) + k]; }
 int queued_id(uint entry) { return int(entry & 0xfffffffu); }
-uint queued_shape(uint entry) { return entry >> 28 << 8; }  // as the word of a leaf has it
+uint queued_shape(uint entry) { return entry >> 28 << 8; }  // the square's size, at the same bits as in a leaf's word
 
 // Unit i of a square of units, as an offset from its first one.
 int unit_in(int units_log2, int i) { return (i >> units_log2) * 8 + (i & (1 << units_log2) - 1); }
@@ -41,7 +42,7 @@ void write_units(int id, int units_log2, uint word) {
     for (int i = 0; i < 1 << 2 * units_log2; i++) cell[first + unit_in(units_log2, i)] = word;
 }
 
-// A quarter of a leaf that is split: within the tolerance of the whole, or finer.
+// Writes a quarter of a leaf that is split. Its spacing is at most that of the whole leaf.
 void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Projection p, bool is_new) {
     int side_log2 = whole.side_log2 - 1;
     bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));

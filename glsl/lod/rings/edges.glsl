@@ -1,6 +1,6 @@
 // lod/rings/edges.glsl — the leaves on both sides of an edge compute the same spacing for it.
-//   Where leaves of different sizes meet, a common edge is a whole side of the larger leaf. Its spacing is the finest
-//   among all leaves along it, on both sides. So both sides have the same vertices.
+//   Where leaves of different sizes meet, one spacing holds along the whole side of the larger leaf: the finest among
+//   this leaf and all leaves beyond that side. So the leaves on both sides have the same vertices.
 //   A walk visits all leaves along the four edges of a leaf. It is one loop with one look-up: software renderers
 //   execute every branch, and every loop at least once.
 // Provides look_around_in(), leaf_over(), Walk, START, next_leaf(), edges_log2_of().
@@ -55,10 +55,10 @@ Leaf leaf_over(ivec2 post) {
 }
 
 struct Walk {
-    int side;     // where the next leaf meets the leaf; 4 at the end
-    bool begins;  // whether it is the first one on that side
-    ivec2 at;     // the row of cells on the other side of the longer leaf: the first post of what is left
-    int end;
+    int side;     // where the next leaf meets the leaf that we walk around; 4 at the end
+    bool begins;  // whether the next leaf is the first one on that side
+    ivec2 at;     // of two leaves that meet, the shorter lies in a row along a side of the longer: where to look next
+    int end;      // column or row where this row of leaves ends
 };
 
 const Walk START = Walk(0, true, ivec2(0), 0);
@@ -71,7 +71,7 @@ ivec2 outside(Leaf leaf, int side) {
     return post;
 }
 
-// The row begins outside the longer one of two leaves that meet. It is empty at the map's rim.
+// Begins the row of leaves along a side of the longer one of two leaves that meet. It is empty at the map's rim.
 void begin_row(inout Walk walk, Leaf longer, int side) {
     walk.at = outside(longer, side);
     int axis = axis_of(side);
@@ -81,7 +81,7 @@ void begin_row(inout Walk walk, Leaf longer, int side) {
     walk.end = is_on_map ? end : walk.at[axis];
 }
 
-// Goes on to the next leaf; it may be no leaf.
+// Returns the next leaf and moves on. Where nothing is drawn, is_leaf() of the returned word is false.
 Leaf next_leaf(inout Walk walk, Leaf leaf) {
     int axis = axis_of(walk.side);
     Leaf other = leaf_over(walk.begins ? outside(leaf, walk.side) : walk.at);

@@ -10,12 +10,12 @@
 layout(local_size_x = SIZES) in;
 
 struct Lookup {
-    ivec4 tiles;    // columns and rows from, to; to is outside
+    ivec4 tiles;    // first column, first row; then the column and the row after the last
     uvec4 corner;   // entries at the box's corners, modulo 256: north-west, north-east, south-west, south-east
     int class_;     // -1: no look-up
     int level;      // of the table
     int above;      // tiles above the class
-    float limit_m;  // the class's error
+    float limit_m;  // the class's limit
 };
 
 layout(std430, binding = 4) writeonly buffer Answer {

@@ -1,7 +1,7 @@
 // lod/rings/hidden.glsl — land behind ridges, by a horizon around the eye (Lloyd & Egbert 2002).
 //   The plane around the eye is cut into SECTORS wedges. Shell k has the radius
-//       r_k = 64 s (2^(k / 45) - 1),      s the smaller spacing: steps of about s near the eye, of r_k / 65 far away.
-//   horizon(i, k) is the largest slope, (height - eye) / distance, of land that the whole sector i meets up to shell k.
+//       r_k = 64 s (2^(k / 45) - 1),      s the smaller spacing: steps of about s near the eye, of r_k / 64 far away.
+//   horizon(i, k) is the largest slope, (height - eye) / distance, of land up to shell k that spans all of sector i.
 //   Heights are lower bounds of the map. The surface is drawn at most E pixels off, so the eye sees it off by an angle
 //   of at most φ = 2 arctan(E / 2K), K the focal length in pixels (docs/hidden.md). So a sight line to a place beyond
 //   shell k is blocked if it is more than φ below the horizon. A box is hidden if this holds for its highest sight
@@ -73,7 +73,7 @@ bool is_hidden(Box box) {
     float near = length(nearest) * (1.0 - 1e-5), far = length(farthest);
     if (u_sectors.x >= u_sectors.y || near <= 0.0) return false;
     vec2 span = sectors_of(box);
-    if (span.y - span.x > 0.5 * float(SECTORS)) return false;  // it lies behind the camera, where the sectors begin
+    if (span.y - span.x > 0.5 * float(SECTORS)) return false;  // the box is behind the camera, where sectors begin
     float needed = horizon_needed(box.high.z / (box.high.z > 0.0 ? near : far));
     int i = max(int(floor(span.x - 1e-3)), u_sectors.x), end = min(int(floor(span.y + 1e-3)) + 1, u_sectors.y);
     int k = shell_within(near);

@@ -1,6 +1,6 @@
 // lod/rings/horizon.comp — the horizon around the eye. One thread handles one sector, and goes outward.
-//   A chord crosses the sector at each shell. All sight lines of the sector pass over this chord. So the lowest height
-//   around the chord blocks all of them alike. It is read from nodes that are about as large as the chord is long.
+//   A chord crosses the sector at each shell. All sight lines of the sector cross this chord. So the lowest height
+//   around the chord is a horizon for all of them. It is read from nodes that are about as large as the chord is long.
 // Python twin: reference.horizon_around
 
 #include "lod/rings/hidden.glsl"
@@ -11,8 +11,8 @@
 layout(local_size_x = THREADS) in;
 layout(r32f, binding = 0) uniform writeonly image2D u_out;
 
-// Lowest height of a box of posts: of the nodes at its corners, as it has at most two nodes a side. A loop over these
-// nodes crashes zink 22.3 on a processor.
+// Lowest height of a box of posts. The nodes are as large as the box, so it meets at most two nodes a side: those at
+// its corners. We look at all four corners: a loop from `first` to `end` crashes zink 22.3 on a CPU.
 float lowest_of_box_m(vec2 low, vec2 high) {
     vec2 size = high - low;
     int level = clamp(int(ceil(log2(max(max(size.x, size.y), 2.0)))), 1, u_top_level);
@@ -33,7 +33,7 @@ void main() {
     int sector = u_sectors.x + int(gl_GlobalInvocationID.x);
     if (sector >= u_sectors.y) return;
     vec2 a = sector_direction(sector), b = sector_direction(sector + 1);
-    float middle = 0.5 * length(a + b) * (1.0 - 1e-6);  // the chord's smallest distance, over its largest
+    float middle = 0.5 * length(a + b) * (1.0 - 1e-6);  // the chord's smallest distance divided by its largest
     float slope = -NEVER;
     vec2 most = vec2(u_last_post);
     for (int k = 0; k < u_shells; k++) {

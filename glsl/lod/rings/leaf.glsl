@@ -14,7 +14,8 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 #define PATCH_COST 14.0  // cost of a patch besides its triangles, counted in triangles
 #endif
 
-// Lowest and highest height of a square. The square need not be a node: we read the largest nodes that it consists of.
+// Lowest and highest height of a square. The square need not be a node. We read the nodes that cover it: the largest
+// that the square can be cut into, but of 2 × 2 cells at least.
 vec2 range_of_square_m(ivec2 low, int side_log2) {
     int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
     ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
@@ -50,11 +51,12 @@ bool has_mean(Projection p) { return p.inside && u_has_voids == 0; }
 bool has_mean(Projection p) { return false; }
 #endif
 
-// A tile of level 0 has 4 × 4 cells of the map. For a square of at most 2 × 2 cells, we read the cells themselves: this
-// bound is for a quarter of the tile's cells, or fewer.
+// A tile of level 0 has 4 × 4 cells of the map, and its counters bound all of them. So for a square of at most 2 × 2
+// cells, we read the cells themselves.
 const int FEW_LOG2 = 1;
 
-// Largest error and root mean square of the cells of such a square, two triangles each; NEVER for other squares.
+// Largest error and root mean square of the cells of such a square, each drawn as two triangles; NEVER for larger
+// squares, and for squares whose posts are not loaded.
 vec2 few_cells_m(ivec2 low, int side_log2) {
     if (side_log2 > FEW_LOG2 || loaded_level(low, low + (1 << side_log2), 0) > 0) return vec2(NEVER);
     ivec2 first = max(low, ivec2(0));
@@ -82,26 +84,27 @@ vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
     return vec2(largest_m(low, end, step_log2), rms_of_box_m(low, end, step_log2));
 }
 
-// A unit of 1 post has neighbours of at most 2 posts in ring 0, and of 4 posts in other rings. These neighbours cannot
-// be split, and an edge has at most 64 segments: along a side of 4 posts that is 16 between two posts.
+// A unit that is 1 post wide can have neighbours that cannot be split: up to 2 posts wide if the unit is in ring 0, and
+// 4 posts wide in other rings. An edge has at most 64 segments: along a side of 4 posts that is 16 between two posts.
 int finest_step(int side_log2, int ring) {
     return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring].level == 0 ? FINEST : FINEST + 1);
 }
 
-// The coarsest spacing of a square. It has two segments a side or more, so that each of its cells has a corner inside.
-// The square's corner is on the lattice of the spacing, so its cells are nodes of the tables.
+// The coarsest spacing of a square. A side has two segments or more, so that each cell of this spacing has a corner
+// inside the square. The square's corner is on the lattice of the spacing, so these cells are nodes of the tables.
 int coarsest_step(ivec2 low, int side_log2) {
     return min(min(findLSB(low.x | low.y | 1 << side_log2), u_top_level), side_log2 - 1);
 }
 
-// Whether finer posts of a square are not loaded yet; `level` is the finest level at which the whole square is loaded.
+// Whether posts that the square's finest mesh needs are not loaded yet; `level` is the finest level at which the whole
+// square is loaded.
 bool is_waiting(ivec2 low, int side_log2, out int level) {
     int finest = max(side_log2 - MOST_SEGMENTS_LOG2, 0);
     level = loaded_level(low, low + (1 << side_log2), finest);
     return level > finest;
 }
 
-// The finest spacing that can reduce the error: finer triangles between the same posts cannot.
+// The finest spacing that can reduce the error. Where finer posts are not loaded, it is the spacing of those that are.
 int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     int level, finest = finest_step(side_log2, ring);
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;

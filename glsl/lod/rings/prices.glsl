@@ -1,5 +1,5 @@
 // lod/rings/prices.glsl — the price λ of a triangle at which a mesh fits the budget. For a price, each patch p takes
-//   the T with the least   w² E(p, T) + λ (2 T² + PATCH_COST).
+//   the T with the least   n w² E(p, T) + λ (2 T² + PATCH_COST),   n, w and E as in lod/rings/weigh.comp.
 //   Everett 1963, "Generalized Lagrange multiplier method": among all meshes of these patches that cost at most as much
 //   (the sum of 2 T² + PATCH_COST), this one has the smallest sum of squared errors. A higher price gives fewer
 //   triangles. A pass tries PRICES prices at once: all blocks count the triangles of each. The next pass tries prices
@@ -14,9 +14,9 @@
 #define LOWEST_LOG2 -36.0
 #define HIGHEST_LOG2 60.0
 
-// squared pixels: SIZES_LOG2 for each of a block's SQUARES
+// squared pixels of error: SIZES_LOG2 numbers for each of a block's SQUARES
 layout(std430, binding = 4) buffer Weights { float weight[]; };
-// the price found; triangles at each price: PRICES for each pass
+// the price that was found; then the number of triangles at each price that was tried: PRICES numbers for each pass
 layout(std430, binding = 7) buffer Tried { float s_found; uint tried[]; };
 
 uniform uint u_target;  // triangles

@@ -79,7 +79,7 @@ int side_units_log2(uint word) { return int(word >> 8 & 3u); }
 int step_log2_of(uint word) { return int(word & 63u) - 16; }
 
 // A single cell of the map with two segments a side is a fan of four triangles: the edges of a cell are straight, so
-// they need no vertex in their middle. Where a neighbour is finer, the edge has its vertices.
+// they need no vertex in their middle. Where a neighbour is finer, the edge has the neighbour's vertices.
 bool is_cell_fan(int side_log2, int step_log2) { return side_log2 == 0 && step_log2 == -1; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 

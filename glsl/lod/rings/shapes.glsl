@@ -1,5 +1,5 @@
 // lod/rings/shapes.glsl — the patches of a view, from its leaves.
-// Provides shapes, and the numbers of the view's mesh.   Python twin: gpu.layout.RING_SUMMARY
+// Provides the shape and the bound of each leaf, and counts of the view's mesh.   Python twin: gpu.layout.RING_SUMMARY
 
 #include "lod/rings/rings.glsl"
 #include "mesh/shape.glsl"
@@ -17,7 +17,7 @@ layout(std430, binding = 7) buffer Summary {
     uint s_farthest_px; // the largest bound of a point, whatever the metric, as the bits of a float
     uint s_hidden;      // leaves that are hidden: lod/rings/hidden.glsl
     uint s_written;     // records of hidden leaves that lod/rings/emit.comp has written
-    uint s_offset[];    // patches of each size in each block; then, by lod/rings/place.comp, the sum of all before them
+    uint s_offset[];    // patches of each size in each block; lod/rings/place.comp replaces each by the sum before it
 };
 
 #define HIDDEN 0x80000000u  // the sign bit of a leaf's bound marks the leaf as hidden

@@ -1,5 +1,5 @@
 // lod/rings/spawn.comp — makes blocks of the units that decide.comp has marked. The blocks keep the order of the units,
-//   so the same input gives the same blocks. One work group; each thread owns one range of the round's
+//   so the same input gives the same blocks. One work group does it all; each thread owns one range of the round's
 //   blocks.
 
 #include "lod/rings/rings.glsl"

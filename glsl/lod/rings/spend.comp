@@ -1,7 +1,7 @@
 // lod/rings/spend.comp — like lod/rings/decide.comp, but for a budget: the price λ of a triangle decides.
 //       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
-//   One work group handles one block, one thread a unit.   Python twins: reference.rings.cheapest,
-//   reference.rings.cut_block
+//   One work group handles one block, one thread handles one unit.
+// Python twins: reference.rings.cheapest, reference.rings.cut_block
 
 #include "lod/rings/squares.glsl"
 #include "lod/rings/prices.glsl"

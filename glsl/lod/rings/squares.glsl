@@ -9,8 +9,9 @@
 
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
-// A square's word: log2 of the spacing of its vertices, + 16, and one of these states. WHOLE: it is drawn as one leaf.
-// OPEN: its parts decide. REFINE: a unit that becomes a block.
+// A square's word: log2 of the spacing of its vertices, + 16, and one of these states.
+// EMPTY: nothing is drawn there. WHOLE: the square is drawn as one leaf. OPEN: it is cut into its parts, unless
+// join_all() makes it WHOLE. REFINE: it is a unit that becomes a block.
 #define EMPTY 0x100u
 #define WHOLE 0x200u
 #define OPEN 0x400u
@@ -43,7 +44,8 @@ Block root_block(int b) {
     return Block(ring.origin + at * (BLOCK_SIDE << ring.level), ring.level, r, NO_STEP);
 }
 
-// A block that may have a leaf: lod/rings/cull.comp lists them in a queue that lod/rings/agree.comp does not need yet.
+// Number of a block that may have a leaf. lod/rings/cull.comp lists these blocks in the memory of a queue, which
+// lod/rings/agree.comp needs only later.
 int seen_block(uint i) { return int(list[list_at(2) + int(i)]); }
 
 // Whether a square lies beyond the map, or where the finer ring is drawn.

@@ -1,5 +1,5 @@
 // lod/rings/try.comp — counts a block's triangles at each of PRICES prices. Squares are joined from the units up, as in
-// lod/rings/decide.comp. One work group handles one block, one thread a price.
+// lod/rings/decide.comp. One work group handles one block, one thread handles one price.
 
 #include "lod/rings/squares.glsl"
 #include "lod/rings/prices.glsl"
