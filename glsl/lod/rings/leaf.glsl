@@ -14,8 +14,7 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 #define PATCH_COST 14.0  // cost of a patch besides its triangles, counted in triangles
 #endif
 
-// Lowest and highest height of a square. The square need not be a node. We read the nodes that cover it: the largest
-// that the square can be cut into, but of 2 × 2 cells at least.
+// Lowest and highest height of a square. It need not be a node: we read the nodes over it, of 2 × 2 cells or more.
 vec2 range_of_square_m(ivec2 low, int side_log2) {
     int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
     ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
@@ -55,8 +54,7 @@ bool has_mean(Projection p) { return false; }
 // cells, we read the cells themselves.
 const int FEW_LOG2 = 1;
 
-// Largest error and root mean square of the cells of such a square, each drawn as two triangles; NEVER for larger
-// squares, and for squares whose posts are not loaded.
+// Largest error and root mean square of such a square, each cell drawn as two triangles; NEVER for other squares.
 vec2 few_cells_m(ivec2 low, int side_log2) {
     if (side_log2 > FEW_LOG2 || loaded_level(low, low + (1 << side_log2), 0) > 0) return vec2(NEVER);
     ivec2 first = max(low, ivec2(0));
@@ -96,8 +94,7 @@ int coarsest_step(ivec2 low, int side_log2) {
     return min(min(findLSB(low.x | low.y | 1 << side_log2), u_top_level), side_log2 - 1);
 }
 
-// Whether posts that the square's finest mesh needs are not loaded yet; `level` is the finest level at which the whole
-// square is loaded.
+// Whether posts of the square's finest mesh are not loaded yet; `level` is the finest level that is wholly loaded.
 bool is_waiting(ivec2 low, int side_log2, out int level) {
     int finest = max(side_log2 - MOST_SEGMENTS_LOG2, 0);
     level = loaded_level(low, low + (1 << side_log2), finest);

@@ -9,9 +9,8 @@
 
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
-// A square's word: log2 of the spacing of its vertices, + 16, and one of these states.
-// EMPTY: nothing is drawn there. WHOLE: the square is drawn as one leaf. OPEN: it is cut into its parts, unless
-// join_all() makes it WHOLE. REFINE: it is a unit that becomes a block.
+// A square's word: log2 of the spacing of its vertices, + 16, and a state. EMPTY: nothing to draw. WHOLE: one leaf.
+// OPEN: cut into its parts, unless join_all() makes it WHOLE. REFINE: a unit that becomes a block.
 #define EMPTY 0x100u
 #define WHOLE 0x200u
 #define OPEN 0x400u
@@ -44,8 +43,7 @@ Block root_block(int b) {
     return Block(ring.origin + at * (BLOCK_SIDE << ring.level), ring.level, r, NO_STEP);
 }
 
-// Number of a block that may have a leaf. lod/rings/cull.comp lists these blocks in the memory of a queue, which
-// lod/rings/agree.comp needs only later.
+// A block that may have a leaf. lod/rings/cull.comp lists such blocks where lod/rings/agree.comp has a queue later.
 int seen_block(uint i) { return int(list[list_at(2) + int(i)]); }
 
 // Whether a square lies beyond the map, or where the finer ring is drawn.
