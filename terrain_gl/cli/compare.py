@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the command."""
     figures.available()
     if os.path.splitext(args.output)[1].lower() not in figures.FORMATS:
-        raise UsageError(f"{report.shown(args.output)}: a figure ends in one of {', '.join(figures.FORMATS)}")
+        raise UsageError(f"{report.shown(args.output)}: must end in one of {', '.join(figures.FORMATS)}")
     if args.size[1] > NARROWEST * args.size[0]:
         raise UsageError(f"--size: expected pictures at most {NARROWEST} times as high as wide: a figure holds several")
     if args.what == "light" and (args.triangles or args.max_error or args.curve):
