@@ -51,16 +51,10 @@ def main() -> int:
 
 def compare(name: str, views: int, pictures: int) -> int:
     """One map: print its row; returns how many views are not as they must be."""
-    source = name.removesuffix("+voids")
-    file = Path(os.environ.get("TERRAIN_GL_DEM", "")) / source
-    opened, _ = open_map(str(file) if file.is_file() else source)
-    row, col = (max(0, (n - most) // 2) for n, most in zip((opened.rows, opened.cols), PART, strict=True))
-    heights = opened.heights[row : row + PART[0], col : col + PART[1]].copy()
-    if source != name:
-        cut_voids(heights)
-    whole = tg.Heightmap(heights, opened.spacing_m)
+    whole = middle_of(name)
+    heights = whole.heights
     with tempfile.TemporaryDirectory() as folder, tg.Renderer(whole, SIZE) as one:
-        build(heights, Path(folder) / "s", spacing_m=opened.spacing_m, tile=TILE, shard=SHARD)
+        build(heights, Path(folder) / "s", spacing_m=whole.spacing_m, tile=TILE, shard=SHARD)
         stored, few = StoredMap(Path(folder) / "s"), StoredMap(Path(folder) / "s")
         counts = Counter[str]()
         with tg.Renderer(stored, SIZE) as other:
@@ -83,6 +77,18 @@ def compare(name: str, views: int, pictures: int) -> int:
         flush=True,
     )
     return 2 * views + pictures - counts["equal"] - counts["kept"] - counts["pictures"]
+
+
+def middle_of(name: str) -> tg.Heightmap:
+    """The middle of a bundled map or a file, with voids if its name says so."""
+    source = name.removesuffix("+voids")
+    file = Path(os.environ.get("TERRAIN_GL_DEM", "")) / source
+    opened, _ = open_map(str(file) if file.is_file() else source)
+    row, col = (max(0, (n - most) // 2) for n, most in zip((opened.rows, opened.cols), PART, strict=True))
+    heights = opened.heights[row : row + PART[0], col : col + PART[1]].copy()
+    if source != name:
+        cut_voids(heights)
+    return tg.Heightmap(heights, opened.spacing_m)
 
 
 def cut_voids(heights: np.ndarray) -> None:

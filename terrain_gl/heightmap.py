@@ -397,6 +397,8 @@ def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
         values: np.ndarray = heights if isinstance(heights, np.ma.MaskedArray) else np.asarray(heights)
     except ValueError:
         raise UsageError(f"{name}: expected real heights, got rows of different lengths: {heights!r:.60}") from None
+    except TypeError:  # a DataTree of xarray, for example
+        raise UsageError(f"{name}: expected an array of heights, got {type(heights).__name__}") from None
     if values.dtype.kind not in "iufb":
         raise UsageError(f"{name}: expected real heights, got {values.dtype}: {values.ravel()[:3]!s:.60}")
     return np.ma.filled(values.astype(np.float64), np.nan) if isinstance(values, np.ma.MaskedArray) else values

@@ -161,6 +161,14 @@ def test_equal_channels_and_grey_palettes_are_one_channel(tmp_path, name):
     np.testing.assert_array_equal(windows.read(slice(2, 9), slice(3, 20)), terrain.heights[2:9, 3:20])
 
 
+def test_grey_of_lossy_compression_is_grey(tmp_path):
+    """Compressed colours differ by a level or two; colours of a map differ by more."""
+    noise = np.random.default_rng(0).integers(0, 3, (ROWS, COLS, 3))
+    noise[..., 0] = 1
+    image(tmp_path / "a.png", (BYTES[..., None] + noise - 1).astype("u1"))
+    np.testing.assert_array_equal(Heightmap.open(tmp_path / "a.png", z_scale=1).heights, BYTES)
+
+
 def test_a_transparent_entry_of_a_palette_is_a_void(tmp_path):
     colours = {i: (i, i, i, 255) for i in range(256)} | {3: (200, 10, 10, 0)}
     palette(tmp_path / "a.png", np.where(VOID, 3, BYTES).astype("u1"), colours, driver="PNG")
@@ -242,6 +250,21 @@ def test_layers_of_a_file_are_listed_and_opened_by_name(tmp_path, layered):
     np.testing.assert_array_equal(terrain.heights, METRES[::-1])
     windows = open_windows([path], Reading(How(band="height")))
     np.testing.assert_array_equal(windows.read(slice(0, 5), slice(0, 7)), METRES[::-1][:5, :7])
+
+
+def test_coordinates_need_no_attributes(tmp_path, layered):
+    """xarray writes x and y without attributes, if it has none."""
+    assert Heightmap.open(layered(tmp_path / "a.nc", z=METRES)).spacing_m == (30, 30)
+
+
+def test_bounds_of_cells_are_no_layers(tmp_path):
+    netcdf = pytest.importorskip("scipy.io", reason="scipy is not installed")
+    with netcdf.netcdf_file(tmp_path / "a.nc", "w") as file:
+        for name, n in (("y", ROWS), ("x", COLS), ("side", 2)):
+            file.createDimension(name, n)
+        file.createVariable("y_bnds", "f8", ("y", "side"))[:] = 0
+        file.createVariable("height", "f4", ("y", "x"))[:] = METRES
+    assert Heightmap.open(tmp_path / "a.nc").range_m == (100, 820)
 
 
 def test_an_only_layer_needs_no_name(tmp_path, layered):

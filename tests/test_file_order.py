@@ -43,6 +43,18 @@ def test_the_order_that_the_user_gives_counts(tmp_path, run, order):
     assert code == 0 and err == "" and f"{wanted.min()} to {wanted.max()} m" in out
 
 
+@pytest.mark.parametrize("order", ["little", "big"])
+@pytest.mark.parametrize("mark", [None, -9999])
+def test_heights_on_both_sides_of_0_are_signed(tmp_path, order, mark):
+    values = (LANDS["hill"] - 3000).astype("i2")
+    if mark:
+        values[5:9, 5:20] = mark
+    values.astype({"little": "<i2", "big": ">i2"}[order]).tofile(tmp_path / "a.r16")
+    terrain = Heightmap.open(tmp_path / "a.r16", **SCALES, nodata=mark)
+    np.testing.assert_array_equal(terrain.heights, np.where(values == (mark or 1e9), np.nan, values))
+    assert sum("signed numbers" in note for note in terrain.notes) == 1
+
+
 def test_noise_and_bytes_stay_little(tmp_path):
     np.random.default_rng(2).integers(0, 65536, (64, 64), "u2").tofile(tmp_path / "noise.r16")
     (LANDS["hill"] / 100).astype("u2").tofile(tmp_path / "low.r16")

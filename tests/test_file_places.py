@@ -247,6 +247,36 @@ def test_a_picture_of_the_ground_is_found_by_any_of_its_longitudes(tmp_path):
         assert (albedo[..., 3] == 1).all()
 
 
+@pytest.mark.parametrize(
+    ("unit", "metres"),
+    [
+        *((word, 1.0) for word in ("m", "Metres", "meter above sea level", "m a.s.l.")),
+        *((word, 0.3048) for word in ("ft", "Feet", "foot", "international_foot")),
+        *((word, 1200 / 3937) for word in ("US survey feet", "us-ft", "US_survey_foot", "ftUS", "foot_us", "sft")),
+        *(
+            ("kilometre", 1000.0),
+            ("Decimeters", 0.1),
+            ("cm", 0.01),
+            ("mm", 0.001),
+            ("yards", 0.9144),
+            ("inches", 0.0254),
+        ),
+    ],
+)
+def test_units_of_heights_by_any_of_their_names(tmp_path, unit, metres):
+    raster(tmp_path / "a.tif", METRES / np.float32(metres), unit=unit)
+    terrain = Heightmap.open(tmp_path / "a.tif")
+    np.testing.assert_allclose(terrain.heights, METRES, rtol=1e-6)
+    assert terrain.notes == ()
+
+
+@pytest.mark.parametrize("unit", ["m/s", "m s-1", "hPa", "0.1 m"])
+def test_other_units_get_a_line(tmp_path, unit):
+    raster(tmp_path / "a.tif", unit=unit)
+    terrain = Heightmap.open(tmp_path / "a.tif")
+    assert terrain.range_m == (100, 820) and "values count as metres" in terrain.notes[0]
+
+
 # --- Mosaics ----------------------------------------------------------------------------------------------------------
 
 
@@ -265,6 +295,21 @@ def test_one_file_names_the_coordinate_system_of_a_mosaic(tmp_path, systems):
     silent, teller = systems.index(None), systems.index("EPSG:3395")
     assert f"{silent}.tif names no coordinate system: that of " in windows.notes[0]
     assert f"{teller}.tif counts for all files" in windows.notes[0] and len(windows.notes) == 1
+
+
+@pytest.mark.parametrize(
+    ("degrees", "wests", "order"),
+    [(1.025, (179, -179.975, 177.975), (2, 0, 1)), (82, (0, -82, 82, -164), (3, 1, 0, 2))],
+)
+def test_tiles_on_both_sides_of_the_antimeridian_are_neighbours(tmp_path, degrees, wests, order):
+    """Tiles of a degree over the antimeridian; and tiles nearly all around the Earth, which need no turn."""
+    for i, west in enumerate(wests):
+        grid = (degrees / COLS, 0, west, 0, -degrees / COLS, 10)
+        raster(tmp_path / f"{i}.tif", METRES + 1000 * i, grid=grid, crs="EPSG:4326")
+    windows = open_windows([tmp_path / f"{i}.tif" for i in range(len(wests))])
+    together = np.hstack([METRES + 1000 * i for i in order])
+    assert windows.shape == together.shape
+    np.testing.assert_array_equal(windows.read(slice(0, ROWS), slice(0, windows.shape[1])), together)
 
 
 @pytest.mark.parametrize("systems", [("EPSG:3395", "EPSG:32632"), (None, "EPSG:3395", "EPSG:3857")])

@@ -122,10 +122,14 @@ def with_projection(path):
 
 def netcdf(path):
     """The classic format."""
+    copied(path, "netCDF", FORMAT="NC")
+
+
+def copied(path, driver, **options):
     import rasterio.shutil
 
     raster(path.parent / "source.tif")
-    rasterio.shutil.copy(path.parent / "source.tif", path, driver="netCDF", FORMAT="NC")
+    rasterio.shutil.copy(path.parent / "source.tif", path, driver=driver, **options)
 
 
 ASC = f"ncols {COLS}\nnrows {ROWS}\nxllcorner 0\nyllcorner 0\ncellsize 12.5\n" + "\n".join(
@@ -170,6 +174,9 @@ KINDS = {
     "grey.png": (lambda p: image(p, U2), 1, RANGE),
     "linear.exr": (lambda p: image(p, METRES), 1, RANGE),
     "array.npy": (lambda p: np.save(p, METRES), 1, RANGE),
+    "stack.npy": (lambda p: np.save(p, METRES[None]), 1, RANGE),
+    "sigma.sigdem": (lambda p: copied(p, "SIGDEM"), 30, RANGE),
+    "steps.hf2": (lambda p: copied(p, "HF2"), 30, RANGE),
     "grey.pgm": (lambda p: p.write_bytes(f"P5 {COLS} {ROWS} 65535\n".encode() + U2.astype(">u2").tobytes()), 1, RANGE),
     "square.r16": (lambda p: U2[:31, :31].tofile(p), 1, (100, 790)),
     "engine.raw": (lambda p: U2.tofile(p), 1, RANGE, {"raw": (COLS, ROWS)}),

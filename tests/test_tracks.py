@@ -1,5 +1,6 @@
 """Tracks of GPS devices as overlays, and files that are refused."""
 
+import gzip
 import io
 import zipfile
 
@@ -81,6 +82,47 @@ def test_a_kmz_is_read_as_its_first_kml(degrees, tmp_path):
         assert [len(line) for line in read_overlay(tmp_path / "way.kmz", degrees).lines] == [3, 2]
 
 
+def sentence(kind, k, valid):
+    """An NMEA sentence of a fix at 7.00k° E, 46.00k° N."""
+    at = f"46{0.06 * k:07.4f},N,007{0.06 * k:07.4f},E"
+    return (
+        f"$GP{kind},120000,A,{at},0,0,010126,,*00"
+        if kind == "RMC"
+        else f"$GN{kind},120000,{at},{valid},8,1,545,M,,M,,*47"
+    )
+
+
+def fix(k, side="N"):
+    return f"B12000{k}4600{60 * k:03d}{side}00700{60 * k:03d}EA0050000500"
+
+
+NMEA = [sentence("GGA", k, 1) for k in (1, 2, 3)]
+TEXTS = {
+    "GGA and RMC": "\r\n".join([*NMEA, *(sentence("RMC", k, 1) for k in (1, 2, 3)), "$GPGSV,3,1,11*74"]),
+    "GGA alone": "\r\n".join([sentence("GGA", 9, 0), *NMEA]),
+    "IGC": "\n".join(["AXXX001", "HFDTE010126", *map(fix, (1, 2, 3)), "LXXX"]),
+}
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_lines_of_text_are_one_track(degrees, tmp_path, name):
+    """The same fixes in each format; GGA sentences of quality 0 have none."""
+    (line,) = read(TEXTS[name], degrees, tmp_path).lines
+    assert line == pytest.approx(posts(*((7 + 0.001 * k, 46 + 0.001 * k) for k in (1, 2, 3))), abs=0.02)
+
+
+def test_texts_of_the_south_and_west(degrees, tmp_path):
+    (line,) = read("\n".join(fix(k, "S") for k in (1, 2)), degrees, tmp_path).lines
+    assert line == pytest.approx(posts((7.001, -46.001), (7.002, -46.002)), abs=0.02)
+
+
+def test_a_packed_track_is_read(degrees, tmp_path):
+    text = GPX.format(minor=1)
+    for content in (zipped({"readme.txt": "", "way.gpx": text}), gzip.compress(text.encode())):
+        (tmp_path / "way").write_bytes(content)
+        assert len(read_overlay(tmp_path / "way", degrees).lines) == 3
+
+
 def zipped(texts):
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -90,7 +132,14 @@ def zipped(texts):
 
 
 @pytest.mark.parametrize(
-    "content", [zipped({"a.tif": ""}), zipped({"a.kml": KML})[:200], b"PK\3\4", zipped({"a.kml": "<gpx"})]
+    "content",
+    [
+        zipped({"a.tif": ""}),
+        zipped({"a.kml": KML})[:200],
+        b"PK\3\4",
+        zipped({"a.kml": "<gpx"}),
+        gzip.compress(b"a" * 99)[:20],
+    ],
 )
 def test_other_archives_are_refused_in_one_line(degrees, tmp_path, content):
     (tmp_path / "way.kmz").write_bytes(content)
@@ -134,7 +183,10 @@ def test_a_doctype_is_refused_in_one_line(degrees, tmp_path, doctype, encoding):
         ("<gpx><rte><rtept lat='46'/><rtept lat='46' lon='7'/></rte></gpx>", "no longitude"),
         ("<gpx><wpt lat='nan' lon='7'/></gpx>", "not pairs of numbers"),
         ("<gpx>" + 5000 * "<a>", "no whole XML"),
-        ("no file of any kind", "is no GeoJSON, and no GPX, KML or TCX"),
+        (
+            "no file of any kind",
+            "is no GeoJSON, and no GPX, KML, TCX, NMEA or IGC: convert it with ogr2ogr or gpsbabel",
+        ),
     ],
 )
 def test_other_files_are_refused_in_one_line(degrees, tmp_path, text, words):

@@ -26,10 +26,11 @@ def open_npy(path: str, name: str) -> Raster:
     if array.ndim not in (2, 3) or array.dtype.kind not in "iuf":
         kind = f"{array.ndim}-dimensional {array.dtype}"
         raise TerrainError(f"{name}: holds a {kind} array: expected numbers of shape (rows, cols)")
-    shape = (*array.shape, 1)[:3]
+    is_stack = array.ndim == 3 and array.shape[0] == 1 < array.shape[1]  # (1, rows, cols), as rasterio reads a band
+    shape = (*array.shape[is_stack:], 1)[:3]
     if shape[2] > MAX_CHANNELS:
         raise TerrainError(f"{name}: has shape {array.shape}: expected (rows, cols), save one layer")
-    if not array.flags.c_contiguous and array.ndim == 3:
+    if not array.flags.c_contiguous and len(array.shape[is_stack:]) == 3:
         raise TerrainError(f"{name}: is in Fortran order: save numpy.ascontiguousarray(array)")
     return Raster(
         name, shape, array.dtype, _npy_blocks(path, array.dtype, shape, array.offset, array.flags.c_contiguous)
@@ -81,7 +82,9 @@ _SAMPLE_BYTES = 1 << 22
 
 
 def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str | None = None) -> Raster:
-    """A file without a header, row after row, as game engines write it: 8 or 16 bits unsigned, or 32-bit floats.
+    """A file without a header, row after row, as game engines write it: 8 or 16 bits, or 32-bit floats.
+
+    16 bits are unsigned, unless signed numbers give much smoother land: then heights are on both sides of 0.
 
     Parameters
     ----------
@@ -104,26 +107,52 @@ def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str
         if byte_order == "big":
             notes = ("its land is smooth with the big end of numbers first: --byte-order little is the other way",)
     dtype = np.dtype(ORDERS[byte_order] + _RAW_TYPES[each])
+    if each == 2 and _is_signed(path, dtype, cols):
+        dtype = np.dtype(dtype.str.replace("u", "i"))
+        notes += ("its land is smooth with signed numbers: heights below 0 count as such",)
     shape = (rows, cols, 1)
     return Raster(name, shape, dtype, _npy_blocks(path, dtype, shape, 0, True), notes=notes)
 
 
 def _is_big_endian(path: str, each: int, cols: int) -> bool:
     """Whether the land is much smoother with big-endian numbers: in the wrong order, neighbours differ at random."""
-    rows = max(1, _SAMPLE_BYTES // (each * cols))
-    with open(path, "rb") as file:
-        file.seek(max(0, os.path.getsize(path) // each // cols - rows) // 2 * each * cols)
-        content = file.read(rows * cols * each)
-    big, little = (_roughness(np.frombuffer(content, f"{order}i{each}").reshape(-1, cols), each) for order in "><")
+    big, little = (_roughness(_in_the_middle(path, np.dtype(f"{order}i{each}"), cols), each) for order in "><")
     return big < _SMOOTHER * little
+
+
+def _is_signed(path: str, unsigned: np.dtype, cols: int) -> bool:
+    """Whether the land is much smoother with signed numbers: without the sign, heights below 0 are the highest."""
+    bits = _in_the_middle(path, unsigned, cols)
+    as_unsigned, as_signed = (_variation(values) for values in _by_sign(bits))
+    return as_signed < _SMOOTHER * as_unsigned
+
+
+def _in_the_middle(path: str, dtype: np.dtype, cols: int) -> np.ndarray:
+    """Rows in the middle of a file without a header."""
+    rows = max(1, _SAMPLE_BYTES // (dtype.itemsize * cols))
+    with open(path, "rb") as file:
+        file.seek(max(0, os.path.getsize(path) // dtype.itemsize // cols - rows) // 2 * dtype.itemsize * cols)
+        content = file.read(rows * cols * dtype.itemsize)
+    return np.frombuffer(content, dtype).reshape(-1, cols)
+
+
+def _by_sign(bits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """16 bits as unsigned and as signed numbers."""
+    unsigned = bits.astype(np.int64) & 0xFFFF
+    return unsigned, (unsigned ^ 0x8000) - 0x8000
+
+
+def _variation(values: np.ndarray) -> float:
+    """Mean difference of neighbours along rows."""
+    return float(np.abs(np.diff(values, axis=1)).mean()) if values.shape[1] > 1 else 0.0
 
 
 def _roughness(bits: np.ndarray, each: int) -> float:
     """Mean difference of neighbours along rows, as a share of the range; floats are compared by their order."""
-    order = bits.astype(np.int64)
     if each == 2:
-        order &= 0xFFFF
+        order = min(_by_sign(bits), key=_variation)
     else:  # of two negative floats, the lower one has the larger bits
+        order = bits.astype(np.int64)
         order = np.where(order < 0, -(order & 0x7FFFFFFF), order)
-    low, high = order.min(), order.max()
-    return float(np.abs(np.diff(order, axis=1)).mean() / (high - low)) if high > low and order.shape[1] > 1 else 0.0
+    extent = float(np.ptp(order))
+    return _variation(order) / extent if extent else 0.0

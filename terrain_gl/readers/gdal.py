@@ -41,7 +41,7 @@ from terrain_gl.readers.raster import (
 )
 
 DRIVERS = (
-    *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG", "GIF", "JP2OpenJPEG", "TGA"),
+    *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG", "GIF", "JP2OpenJPEG", "TGA", "HF2", "SIGDEM"),
     *("AAIGrid", "GRASSASCIIGrid", "GSAG", "GSBG", "GS7BG", "NWT_GRD", "ZMap", "XYZ"),
     *("EHdr", "ENVI", "SAGA", "RST", "ROI_PAC", "PCRaster"),
     *("SRTMHGT", "DTED", "USGSDEM", "BT", "Terragen", "Leveller", "RMF"),
@@ -60,7 +60,10 @@ OFFLINE = {
     "PROJ_NETWORK": "OFF",
     "OSR_DEFAULT_AXIS_MAPPING_STRATEGY": "TRADITIONAL_GIS_ORDER",
 }
-_CACHE = {"GDAL_CACHEMAX": 64}  # MB; the default is a share of the machine's memory
+_ALWAYS = {
+    "GDAL_CACHEMAX": 64,  # MB; the default is a share of the machine's memory
+    "GDAL_NETCDF_IGNORE_XY_AXIS_NAME_CHECKS": "YES",  # x and y are coordinates, also without attributes that say so
+}
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ERDAS = b"EHFA_HEADER_TAG"
 _ERDAS_ELSEWHERE = b"ExternalRasterDMS"
@@ -166,7 +169,7 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
     data = opener(path, name)
     if data.count:
         return data, band
-    layers = {text.rpartition(":")[2]: text for text in data.subdatasets}
+    layers = _layers(data)
     data.close()
     if not trusted:  # any other text could be read as the name of another file
         layers = {layer: text for layer, text in layers.items() if re.fullmatch(r"[\w/.+-]+", layer)}
@@ -178,6 +181,14 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
         raise TerrainError(f"{name}: holds no raster: extract one with gdal_translate")
     shown = ", ".join([*list(layers)[:MOST_LISTED], *(["…"] if len(layers) > MOST_LISTED else [])])
     raise TerrainError(f"{name}: holds the layers {shown}: name the one with heights, as --band {next(iter(layers))}")
+
+
+def _layers(data: Any) -> dict[str, str]:
+    """GDAL's name for each layer of a file, by the layer's own name; without bounds of cells if there are others."""
+    layers = {text.rpartition(":")[2]: text for text in data.subdatasets}
+    about = " ".join(data.tags(ns="SUBDATASETS").values())
+    thin = set(re.findall(r"\[[\dx]*x[1-4]\] ([\w/.+-]+)", about))  # as in "[100x2] lat_bnds (64-bit floating-point)"
+    return {name: text for name, text in layers.items() if name not in thin} or layers
 
 
 def _open_part(text: str, trusted: bool) -> Any:
@@ -222,7 +233,7 @@ def open_trusted(path: str, name: str) -> Any:
 def _environment(trusted: bool) -> AbstractContextManager[Any]:
     import rasterio
 
-    return rasterio.Env(**_CACHE) if trusted else closed_environment()
+    return rasterio.Env(**_ALWAYS) if trusted else closed_environment()
 
 
 @contextmanager
@@ -231,7 +242,7 @@ def closed_environment() -> Iterator[None]:
     import rasterio
     from rasterio.session import DummySession
 
-    with rasterio.Env(session=DummySession(), **_CACHE, **OFFLINE), quiet_stderr():
+    with rasterio.Env(session=DummySession(), **_ALWAYS, **OFFLINE), quiet_stderr():
         yield
 
 

@@ -223,21 +223,31 @@ def grid_through(posts: Sequence[tuple[float, float]], places: Sequence[tuple[fl
 # --- Heights ----------------------------------------------------------------------------------------------------------
 
 _FOOT_M = 0.3048
-_UNITS = {
-    **dict.fromkeys(("m", "metre", "meter", "metres", "meters", ""), 1.0),
-    **dict.fromkeys(("ft", "foot", "feet", "international foot"), _FOOT_M),
-    **dict.fromkeys(("us-ft", "ftus", "us survey foot", "foot_us", "us_ft", "us feet", "sft"), 1200 / 3937),
-    **{"cm": 0.01, "centimetre": 0.01, "dm": 0.1, "mm": 0.001, "km": 1000.0, "fathom": 1.8288},
+_US_FOOT = ("us ft", "ftus", "us foot", "foot us", "us survey foot", "us survey ft", "survey foot", "sft", "sfoot")
+_SINGULAR = {"feet": "foot", "inches": "inch"}
+_UNITS = {  # in the singular
+    **dict.fromkeys(("m", "metre", "meter", "mtr"), 1.0),
+    **dict.fromkeys(("ft", "foot", "international foot", "intl foot"), _FOOT_M),
+    **dict.fromkeys(_US_FOOT, 1200 / 3937),
+    **{"fathom": 1.8288, "yd": 0.9144, "yard": 0.9144, "in": 0.0254, "inch": 0.0254},
+    **{
+        prefix + name: factor
+        for short, long, factor in (("k", "kilo", 1e3), ("d", "deci", 0.1), ("c", "centi", 0.01), ("m", "milli", 1e-3))
+        for prefix, name in ((short, "m"), (long, "metre"), (long, "meter"))
+    },
 }
 
 
 def vertical_unit_m(unit: str | None, crs: Any) -> tuple[float, tuple[str, ...]]:
     """Metres in the unit of height, of the band or else of the CRS's vertical part; and a note if it is unknown."""
-    word = " ".join((unit or "").lower().split())
-    if word in _UNITS and word:
-        return _UNITS[word], ()
-    if word:
-        return 1.0, (f"unit of heights {word[:30]!r} is unknown: values count as metres (--z-scale)",)
+    words = re.split(r"[\s_-]+", (unit or "").lower().strip())
+    words = [_SINGULAR.get(word, re.sub("(re|er|yard|fathom)s$", r"\1", word)) for word in words]
+    for length in range(len(words), 0, -1):  # a unit may be followed by its datum: metres above sea level
+        known = _UNITS.get(" ".join(words[:length]))
+        if known and not any(word.isdecimal() for word in words[length:]):  # m s-1 is a speed
+            return known, ()
+    if any(words):
+        return 1.0, (f"unit of heights {' '.join(words)[:30]!r} is unknown: values count as metres (--z-scale)",)
     try:
         text = crs.to_wkt(version="WKT1_GDAL") if crs is not None else ""
     except gdal_failures():

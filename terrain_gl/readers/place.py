@@ -15,7 +15,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from .geodesy import flat_crs
-from .georeference import DEGREES, Georeference, Placed
+from .georeference import DEGREES, EVEN, Georeference, Placed
 from .raster import Spacing
 
 Point = tuple[float, float]
@@ -66,6 +66,20 @@ class Place:
         _, rows = self.georeference.size
         col, row = (easting - grid.c) / grid.a - 0.5, (northing - grid.f) / grid.e - 0.5
         return col * self.spacing_m[0], (rows - 1 - row) * self.spacing_m[1]
+
+    def as_neighbours(self, lefts: np.ndarray, widths: np.ndarray) -> np.ndarray:
+        """First columns of several maps on this grid, moved by whole turns if all maps together are narrower then.
+
+        Tiles from 179 to 180 and from -180 to -179 degrees are neighbours.
+        """
+        try:
+            turn = (self._turn or 0) / self.georeference.grid.a
+        except TerrainError:  # pyproj is missing
+            return lefts
+        if turn < 1 or abs(turn - round(turn)) > EVEN:
+            return lefts
+        choices = [lefts, *((lefts - first) % round(turn) + first for first in np.unique(lefts))]
+        return min(choices, key=lambda choice: int((choice + widths).max() - choice.min()))
 
     def nearest_turn(self, eastings: np.ndarray, is_line: bool = False) -> np.ndarray:
         """The same places with coordinates near the map's: whole turns around the Earth are added.

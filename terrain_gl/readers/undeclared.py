@@ -95,8 +95,9 @@ def _unusual(heights: np.ndarray, sample: np.ndarray, scales: tuple[float, float
 
 def _note(heights: np.ndarray, mark: float, scales: tuple[float, float], left: np.ndarray) -> str:
     posts = np.count_nonzero(heights == np.float32(mark))
-    has = f"{posts:,} posts have exactly {_stored(mark, scales):.9g}, far from all other heights ({_range(left)})"
-    return f"{has}: they count as voids; if they are heights, give --nodata none"
+    have = f"{posts:,} posts have" if posts != 1 else "1 post has"
+    value = f"{have} exactly {_stored(mark, scales):.9g}, far from all other heights ({_range(left)})"
+    return f"{value}: it marks voids; if it is a height, give --nodata none"
 
 
 def _stored(height: float, scales: tuple[float, float]) -> float:

@@ -11,6 +11,8 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.arrays import SRTM_VOID
 from terrain_gl.readers.raster import Raster, listed
 
+_LOSSY = 2  # grey levels
+
 
 def read_heights(
     raster: Raster,
@@ -80,13 +82,20 @@ def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: 
 
 
 def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """One channel of values. Several channels count as one if they are equal: grey that is stored as colour."""
+    """One channel of values. Several channels count as one if they are equal: grey that is stored as colour.
+
+    Lossy compression of colours leaves bytes that differ by one or two.
+    """
     colours = pixels[..., : raster.colours]
     if raster.has_alpha and raster.colours > 1:  # transparent pixels may have any colour
         colours = np.where(pixels[..., -1:] == 0, pixels[..., :1], colours)
     others = colours[..., 1:]
     first = np.broadcast_to(pixels[..., :1], others.shape)
-    if not np.array_equal(others, first, equal_nan=raster.dtype.kind == "f"):
+    if raster.dtype == np.uint8:
+        is_grey = bool((np.abs(others.astype(np.int16) - first) <= _LOSSY).all())
+    else:
+        is_grey = np.array_equal(others, first, equal_nan=raster.dtype.kind == "f")
+    if not is_grey:
         may_be_packed = raster.colours == 3 and raster.dtype == np.uint8
         packed = "if they pack heights, give --encoding terrarium or mapbox; else " if may_be_packed else ""
         names = raster.bands or ("",) * raster.colours

@@ -20,7 +20,7 @@ from terrain_gl.readers.bands import bands_of
 from terrain_gl.readers.gdal import closed_environment, open_layer, place_of
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed
 from terrain_gl.readers.objects import is_labelled, lazy_array
-from terrain_gl.readers.place import check_crs
+from terrain_gl.readers.place import Place, check_crs
 from terrain_gl.readers.plausible import guess, sample_of
 from terrain_gl.readers.raster import Blocks, Raster, Spacing, both, damaged, gdal_failures, one_line, utf8
 from terrain_gl.readers.undeclared import undeclared_voids, without
@@ -323,9 +323,10 @@ class Mosaic:
             raise TerrainError(f"{first.name}: its place is not known: a mosaic needs files with a georeference")
         for file in files:
             check_crs(file, first)
-        places = [corner_on(file, first) for file in files]
-        left, top = (min(place[i] for place in places) for i in (0, 1))
-        self._corners = [(x - left, y - top) for x, y in places]
+        lefts, tops = np.array([corner_on(file, first) for file in files]).T
+        lefts = Place(first.georeference, (1.0, 1.0)).as_neighbours(lefts, np.array([f.shape[1] for f in files]))
+        left, top = int(lefts.min()), int(tops.min())
+        self._corners = [(int(x) - left, int(y) - top) for x, y in zip(lefts, tops, strict=True)]
         ends = [(x + f.shape[1], y + f.shape[0]) for (x, y), f in zip(self._corners, files, strict=True)]
         self.shape = max(y for _, y in ends), max(x for x, _ in ends)
         grid = first.georeference.grid

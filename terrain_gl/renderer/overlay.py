@@ -45,10 +45,10 @@ def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overl
     Parameters
     ----------
     source
-        The path of a GeoJSON, GPX, KML, KMZ or TCX file, a GeoJSON mapping, or any object with `__geo_interface__`,
-        such as a GeoDataFrame or a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless it has a member "crs".
-        Objects are in their `crs`; without one, in the map's own coordinates; if the map has none, in metres from its
-        south-west post.
+        The path of a file of GeoJSON, GPX, KML, KMZ, TCX, NMEA or IGC, a GeoJSON mapping, or any object with
+        `__geo_interface__`, such as a GeoDataFrame or a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless
+        it has a member "crs". Objects are in their `crs`; without one, in the map's own coordinates; if the map has
+        none, in metres from its south-west post.
     label
         The property of a point that is its name.
 
@@ -82,7 +82,7 @@ def _loaded(source: Any) -> tuple[str, Any, Any]:
     """Name, GeoJSON and coordinate system of a source; None for the map's coordinate system."""
     if isinstance(source, str | os.PathLike):
         name = os.fspath(source)
-        check_input(name, "name a GeoJSON, GPX, KML or TCX file", MAX_BYTES)
+        check_input(name, "name a file of GeoJSON, GPX, KML, TCX, NMEA or IGC", MAX_BYTES)
         return name, *_read(name)
     if isinstance(source, Mapping):
         return "overlay", source, _crs_of(source)
@@ -99,17 +99,21 @@ def _read(name: str) -> tuple[Any, Any]:
     except OSError as error:
         raise TerrainError(f"{name}: cannot be read: {error.strerror}") from None
     try:
-        if tracks.is_zip(text):
+        if tracks.is_packed(text):
             text = tracks.unpacked(text, MAX_BYTES)
         if tracks.is_xml(text[:64]):
             return tracks.features_of(text), DEGREES
+        track = tracks.track_of(text.decode("ascii", "replace"))
+        if track:
+            return track, DEGREES
     except (ValueError, RecursionError) as error:
         raise TerrainError(f"{name}: {' '.join(str(error).split())[:110]}") from None
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         words = " ".join(str(error).split())[:80]
-        raise TerrainError(f"{name}: is no GeoJSON, and no {tracks.FORMATS}: {words}") from None
+        advice = f"convert it with ogr2ogr or gpsbabel ({words})"
+        raise TerrainError(f"{name}: is no GeoJSON, and no {tracks.FORMATS}: {advice}") from None
     return content, _crs_of(content)
 
 

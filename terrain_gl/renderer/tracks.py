@@ -1,9 +1,10 @@
-"""Tracks of GPS devices as GeoJSON: GPX 1.0 and 1.1, KML, KMZ (a KML in a .zip) and TCX.
+"""Tracks of GPS devices as GeoJSON: GPX 1.0 and 1.1, KML, KMZ (a KML in a .zip), TCX, NMEA 0183 and IGC.
 
 Only the standard XML parser is used. A file with a DOCTYPE is refused, because its entities can expand to gigabytes or
 name other files. Elements are recognised by their names without namespaces, because devices write many namespaces.
 """
 
+import gzip
 import io
 import re
 import zipfile
@@ -13,8 +14,11 @@ from typing import Any
 from xml.etree import ElementTree
 
 Pairs = list[list[float]]
-FORMATS = "GPX, KML or TCX"
+_XML = "GPX, KML or TCX"
+FORMATS = "GPX, KML, TCX, NMEA or IGC"
 _ZIP = b"PK\x03\x04"
+_GZIP = b"\x1f\x8b"
+_ENDINGS = (".kml", ".gpx", ".tcx", ".geojson", ".nmea", ".igc")  # of overlays in archives
 
 
 class _NoDoctype(ElementTree.TreeBuilder):
@@ -29,30 +33,36 @@ def is_xml(start: bytes) -> bool:
     return text.startswith(b"<") or start.startswith((b"\xff\xfe", b"\xfe\xff"))
 
 
-def is_zip(content: bytes) -> bool:
-    """Whether a file may be a KMZ."""
-    return content.startswith(_ZIP)
+def is_packed(content: bytes) -> bool:
+    """Whether a file may be a KMZ or another archive."""
+    return content.startswith((_ZIP, _GZIP))
 
 
 def unpacked(content: bytes, most_bytes: int) -> bytes:
-    """The first .kml in a KMZ: its main document.
+    """The content of a .gz, or the first overlay in a .zip; in a KMZ, this is its main document.
 
     Raises
     ------
     ValueError
-        There is no .kml, or it cannot be unpacked, or it is larger than `most_bytes`.
+        There is no overlay, or it cannot be unpacked, or it is larger than `most_bytes`.
     """
+    what = "it"
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            member = next((each for each in archive.infolist() if each.filename.lower().endswith(".kml")), None)
-            if member is None:
-                raise ValueError("is a .zip without a .kml: unpack it, and name a file of it")
-            with archive.open(member) as packed:
+        if content.startswith(_GZIP):
+            with gzip.open(io.BytesIO(content)) as packed:
                 text = packed.read(most_bytes + 1)
+        else:
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
+                member = next((each for each in archive.infolist() if each.filename.lower().endswith(_ENDINGS)), None)
+                if member is None:
+                    raise ValueError("is a .zip without a .kml or a .gpx: unpack it, and name a file of it")
+                what = member.filename[:40]
+                with archive.open(member) as packed:
+                    text = packed.read(most_bytes + 1)
     except (OSError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile, NotImplementedError) as error:
         raise ValueError(f"does not unpack: {error}") from None
     if len(text) > most_bytes:
-        raise ValueError(f"{member.filename[:40]} unpacks to more than {most_bytes >> 20} MiB")
+        raise ValueError(f"{what} unpacks to more than {most_bytes >> 20} MiB")
     return text
 
 
@@ -70,8 +80,32 @@ def features_of(content: bytes) -> dict[str, Any]:
         raise ValueError(f"is no whole XML: {error}") from None
     kind = _name(root)
     if kind not in _READERS:
-        raise ValueError(f"is XML of the kind {kind[:40]!r}, not {FORMATS}")
+        raise ValueError(f"is XML of the kind {kind[:40]!r}, not {_XML}")
     return {"type": "FeatureCollection", "features": list(_READERS[kind](root))}
+
+
+# --- Lines of text ----------------------------------------------------------------------------------------------------
+
+_ANGLE = r"(\d+)(\d\d\.?\d*)"  # degrees, minutes
+_RMC = re.compile(rf"\$..RMC,[^,]*,A,{_ANGLE},([NS]),{_ANGLE},([EW])", re.MULTILINE)  # A: the position is valid
+_GGA = re.compile(rf"\$..GGA,[^,]*,{_ANGLE},([NS]),{_ANGLE},([EW]),[1-9]", re.MULTILINE)
+_IGC = re.compile(r"^B\d{6}(\d\d)(\d{5})([NS])(\d{3})(\d{5})([EW])", re.MULTILINE)  # minutes in thousandths
+
+
+def track_of(text: str) -> dict[str, Any] | None:
+    """GeoJSON of a track in NMEA sentences or IGC records, in degrees; None for any other text."""
+    for pattern, minutes in ((_RMC, 60.0), (_GGA, 60.0), (_IGC, 60_000.0)):
+        found = pattern.findall(text)
+        if found:
+            return _feature([[_angle(*fix[3:], minutes), _angle(*fix[:3], minutes)] for fix in found])
+    return None
+
+
+def _angle(degrees: str, minutes: str, side: str, of_degree: float) -> float:
+    return (int(degrees) + float(minutes) / of_degree) * (-1 if side in "SW" else 1)
+
+
+# --- XML --------------------------------------------------------------------------------------------------------------
 
 
 def _gpx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
