@@ -181,5 +181,7 @@ def test_a_summit_that_stands_out_is_large_in_the_middle(monkeypatch):
 
     assert off_middle(hills + cone) < 0.5
     assert off_middle(hills + cone / 12) > 0.6
+    found = [views._Blocks(tg.Heightmap((hills + cone).astype("f4"), step)).summit() for step in (400.0, 4000.0)]
+    assert found[0] and not found[1]  # posts too far apart show no summit from nearby
     monkeypatch.setattr(views, "_STANDS_OUT", 1.0)
     assert off_middle(hills + cone) > 0.5

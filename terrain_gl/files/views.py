@@ -211,18 +211,19 @@ class _Blocks:
         return (int(at[0]), int(at[1])), (size[0], size[1])
 
     def summit(self) -> Post | None:
-        """The highest block, if nearly all others are much lower."""
+        """The highest block, if nearly all others are much lower, and the part around it has enough posts to show."""
         known = np.isfinite(self.high)
         relief = self.high[known].max() - self.low[known].min()
         block = self.best(self.high)[0]
         stands_out = self.high[block] - np.percentile(self.high[known], _NEARLY_ALL) > _STANDS_OUT * relief
-        return block if stands_out else None
+        is_fine = relief / _SUMMIT >= _FEW * max(self.heightmap.spacing_m)
+        return block if stands_out and is_fine else None
 
     def around_summit(self, block: Post) -> tuple[Post, Post]:
         """First block, and rows and columns of blocks, of a part of the map whose middle is at a summit."""
         low_m, high_m = self.heightmap.range_m
         east, north = self.heightmap.spacing_m
-        side_m = max((high_m - low_m) / _SUMMIT, _FEW * max(east, north))
+        side_m = (high_m - low_m) / _SUMMIT
         rows = min(max(1, round(side_m / (self.side * north))), self.low.shape[0])
         cols = min(max(1, round(side_m / (self.side * east))), self.low.shape[1])
         top = min(max(0, block[0] - rows // 2), self.low.shape[0] - rows)
