@@ -5,7 +5,7 @@
 //   Let f and g be the fractions of the way to the next post, east and south. Then the drop is
 //       r² / 2R + f (1 - f) s_x² / 2R + g (1 - g) s_y² / 2R.
 //   So the drop of a cell of the map is a plane, which adds no error.
-//   A triangle in a cell of 2^j posts, j ≥ 1, lies below the drop of the posts under it, by at most the cell's sag:
+//   The drops lower a triangle in a cell of 2^j posts, j ≥ 1, more than the posts under it, by the cell's sag at most:
 //     4^j (s_x² + s_y²) / 8R       (docs/guarantee.md, section 8)
 // Python twins: gpu.layout.VIEW; reference.drop_m, reference.largest_sag_m
 
@@ -43,10 +43,10 @@ vec2 post_from_eye_m(ivec2 post) {
     return vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m;
 }
 
-// Reversed depth: distance of the near plane / view depth.
+// Distance of the near plane. Depth is reversed: near_m() / view depth.
 float near_m() { return u_clip_from_eye[3].z; }
 
-// The eye's height is two floats, because their sum is no float. They are subtracted one after the other.
+// The eye's height is the sum of two floats, because one is not precise enough. Each is subtracted on its own.
 float up_from_eye_m(float h_m) {
     precise float up_m = (h_m - u_eye_z_m) - u_eye_z_rest_m;
     return up_m;

@@ -29,8 +29,8 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
     return ivec4(max(low, ivec2(0)) >> side_log2, (min(end, u_last_post) - 1 >> side_log2) + 1);
 }
 
-// The class with the largest limit that is not above an error; -1 if even the last class is above it. Rounding may
-// give a class whose limit is too large, hence the check.
+// The class with the largest limit that is not above an error; -1 if even the last limit is above it, -2 if the error
+// is the span or more. Rounding may give a class whose limit is too large, hence the check.
 int class_within(float error_m) {
     if (error_m >= u_span_m) return -2;
     int c = max(0, int(ceil(class_of_octave(log2(u_span_m / error_m)))));

@@ -36,11 +36,11 @@ Gathered nothing_gathered() {
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 
 layout(std430, binding = 5) buffer Cuts { Move cut_edge[]; };  // four of each coarse node: error/cut.comp
-layout(std430, binding = 6) buffer Moved { uint has_moved[]; };  // of each node of this update: whether they changed
+layout(std430, binding = 6) buffer Moved { uint has_moved[]; };  // for each node of this update: whether a cut changed
 
 int cut_index(ivec2 node_) { return 4 * (node_index(u_which_level, node_) - u_level[FINE_LEVELS + 1].first_node); }
 
-// Blocks are the nodes of the last fine level.
+// A block of posts is a node of the last fine level.
 int block_index(ivec2 block) {
     ivec2 size = u_level[FINE_LEVELS].size;
     return ((u_which_level - FINE_LEVELS - 1) * size.y + block.y) * size.x + block.x;

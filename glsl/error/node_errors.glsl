@@ -75,8 +75,9 @@ vec2 quad_errors_m(Node n, vec2 place, float h) {
     return vec2(by_falling, by_rising) - h;
 }
 
-// Height in the wedge between the centre and one edge; w is the centre's weight. a, m and b are the heights at one end,
-// the middle and the other end of the edge; d is the distance of the post from the middle, in posts along the edge.
+// Drawn minus true height in the wedge between the centre and one edge, with the edge whole and with it split. w is
+// the centre's weight. a, m and b are the heights at one end, the middle and the other end of the edge; d is the
+// distance of the post from the middle, in posts along the edge.
 vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w, above = w * n.h[1][1] - h;
     float u = v * n.before[axis] + d;
@@ -141,7 +142,8 @@ float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 
 // The largest distances of a cell of a patch above and below the truth, whatever edges are cut (docs/guarantee.md,
 // section 3). If the new vertices are on the straight lines, the drawn surface lies between the two diagonals. In each
-// triangle, only vertices of one cut edge take part. Their weights sum to 1 on that edge, to 0 on the opposite side.
+// triangle, only vertices of one cut edge take part. Their weights sum to 1 on that edge, and to 0 on the opposite
+// side.
 vec2 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals) {
     vec2 t = place * n.per_side;
     vec4 weights = vec4(1.0 - t, t);  // of west, north, east, south

@@ -57,7 +57,7 @@ uint pack_range(vec2 low_high_m) {
     return outward.x | outward.y << 16;
 }
 
-// `share` is a squared error, or a sum of some, in units of span².
+// `share` is a squared error, or a sum of squared errors, in units of span².
 uvec2 square_up(float share) {
     float s = share * 8.0 * (1.0 + exp2(-18.0)), high = floor(s);
     return share == 0.0 ? uvec2(0u) : add64(uvec2(uint((s - high) * 4294967296.0), uint(high)), uvec2(1u, 0u));

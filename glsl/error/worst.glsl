@@ -95,9 +95,10 @@ vec4 over_halves(vec4 worst, vec4 a, vec4 b, float twist) {
     return max(worst, crest_m(a, b, vec4(twist, -twist, twist, -twist)));
 }
 
-// If one triangle covers a cell, its error is largest at a post. This is for a cell that an edge of the mesh crosses.
-// In a square node that is its diagonal from a to b. In a node that the map's rim cuts off, an edge may cross any cell
-// between its posts. Then the twist adds |t|/4 at most, and the bend kink_m.
+// If one triangle covers a cell, its error is largest at a post. This function is for a cell that an edge of the mesh
+// crosses. In a square node, the edge is the cell's diagonal from a to b. In a node that the map's rim cuts off, an
+// edge may cross any cell between its posts. Then the twist adds |t|/4 at most, and the bend adds kink_m.
+// Over the cell, the two triangles are off by |t|/√90 = 0.10541 |t| in the root mean square: docs/guarantee.md.
 void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, vec2 kink_m) {
     PostErrors worst = a;
     worst.drawn = max(max(a.drawn, b.drawn), max(c.drawn, d.drawn));
@@ -122,8 +123,7 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
 
 // The cells from place `low` up to place `end` that an edge of the mesh may cross: those on the diagonals of a square
 // node, and all cells of a node that the map's rim cuts off. Software renderers execute a branch for every cell, so the
-// loop
-// visits only these.
+// loop visits only these cells.
 void gather_cells(inout Worst w, Node n, CutEdges cuts, ivec2 low, ivec2 end) {
     bool square = is_square(n);
     vec2 kink = square ? vec2(0.0) : kinks_m(n);

@@ -3,8 +3,8 @@
 //   The waves of the nine cells around a point are added as vectors and normalised, so that stripes join,
 //   fork and end (after Clay John 2018, Eroded Terrain Noise, and Skovbo Johansen 2025).
 //
-//     slope ↓   │ │ ╲ │ │        The slope of the stripes of each octave turns those of the next octave: they run
-//               │ │ │╲│ │        down the sides of the larger gullies, and gullies branch.
+//     slope ↓   │ │ ╲ │ │        The slope of each octave's stripes turns the stripes of the next octave. So these
+//               │ │ │╲│ │        run down the sides of the larger gullies, and gullies branch.
 //
 // Provides stripes().   Python twin: reference.stripes
 

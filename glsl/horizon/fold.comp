@@ -3,7 +3,7 @@
 //   over a horizon of sine s:
 //     M = ∫ SG_l(ω) ω dω / ∫ SG_l dω    the upper integral over the sector's directions above the horizon.
 //   The sum over a is all light of the lobe that the cell gets.
-//   If only the ground's own plane hid the sky, it would get C_l(n). So
+//   If only the ground's own plane hid the sky, the cell would get C_l(n). So
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   is the mean visibility, weighted by the light that each cell would get without a horizon.
 // The shader runs once for each batch of azimuths.

@@ -1,4 +1,4 @@
-// horizon/keep.comp — keep the sun's horizon of a page: from the points where lines cross the page to its posts.
+// horizon/keep.comp — keep the sun's horizon at the posts of a page, interpolated from the points where lines cross it.
 //   Posts of the page outside the map get the horizon of the map's rim.
 // Python twin: reference.windowed_sines
 

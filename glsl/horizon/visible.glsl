@@ -4,7 +4,7 @@
 //                   of_lobe() selects one
 //   sun_over        mean of V · ⟨n, sun⟩ over the visible facets: 1 for ground that faces the sun
 //   sun_share       share of the sun's disc that one place sees
-// Footprints are boxes in posts. S is bilinear between texels, as in shade/relief.glsl, so means are continuous. For
+// Footprints are boxes in posts. Sums are bilinear between texels (shade/relief.glsl), so means are continuous. For
 // footprints of less than a few posts, the sun's horizon itself is read, and its angle is interpolated bilinearly.
 // So the edge of a shadow is as sharp as the sun allows.
 // Python twins: reference.sunlit, reference.skylit, reference.box_mean

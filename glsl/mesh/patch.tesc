@@ -1,6 +1,7 @@
-// mesh/patch.tesc — the tessellation levels of a patch, from its record. The inner level is that of the patch; each
-//   edge has the level of its finer side, or that of the patch with OWN_EDGES: then the mesh has cracks. Inner level 2
-//   gives one inner vertex, the centre of a fan. In views from above, patches outside the picture are dropped.
+// mesh/patch.tesc — the tessellation levels of a patch, from its record. The inner level is the patch's own number of
+//   segments. The level of an edge is the number of its finer side. With OWN_EDGES it is the patch's own number, so
+//   the mesh has cracks. Inner level 2 gives one inner vertex, the centre of a fan. In views from above, patches
+//   outside the picture are dropped.
 // Python twins: reference.patch_triangles, reference.fan_triangles
 
 #include "mesh/shape.glsl"

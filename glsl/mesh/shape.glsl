@@ -1,7 +1,8 @@
 // mesh/shape.glsl — the record of a patch, and the positions of its vertices: on posts, or between them.
 //   in_patch.xy  post of the north-west corner; may lie beyond the map
 //   in_patch.z   shape: bits 0-4 log2 of the side in posts, 5-10 log2 of the posts between vertices, + 16,
-//                11-22 log2 of the segments of each edge, 3 bits each, gl_TessLevelOuter's order; 23 one leaf, a fan
+//                11-22 log2 of the segments of each edge, 3 bits each, gl_TessLevelOuter's order; 23 is set for a fan
+//                of the quadtree
 //   in_patch.w   its bound in pixels, float; negative if it has none
 // Tessellation levels are powers of two up to 64, so a vertex is on a 64th of the patch's side. Both sides of an edge
 // round to the same integers, so their vertices are equal, bit for bit.
@@ -15,8 +16,8 @@
 
 struct Shape {
     ivec2 corner;
-    int side_log2;  // of its side in posts
-    int step_log2;  // of the posts between its vertices
+    int side_log2;  // log2 of its side in posts
+    int step_log2;  // log2 of the posts between its vertices
     ivec4 edges_log2;
     bool fan;
 };

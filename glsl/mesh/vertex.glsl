@@ -1,5 +1,6 @@
-// mesh/vertex.glsl — writes a vertex whose post and height are known to the destination that mesh/to.glsl names.
-// Provides put_vertex(), the last line of every method's last geometry stage; for pictures also put_vertex_between().
+// mesh/vertex.glsl — writes a vertex, from its post and its height, to the destination that mesh/to.glsl names.
+// Provides put_vertex() and put_vertex_between(): one of them is called in the last line of every method's last stage
+// before the rasteriser.
 
 #include "mesh/patch.glsl"
 #include "mesh/to.glsl"
@@ -23,7 +24,7 @@ vec4 on_subpixel(vec4 clip) {
 }
 #endif
 
-// A vertex that is a part of a cell east and south of its post.
+// A vertex between posts: `between` is the way from its post, east and south, as fractions of a cell.
 void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     v_post = vec2(post) + between;
     vec2 at_m = post_from_eye_m(post) + vec2(between.x, -between.y) * u_spacing_m;

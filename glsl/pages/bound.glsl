@@ -62,7 +62,7 @@ bool has_holes(ivec2 low, ivec2 end, int level) {
     return false;
 }
 
-// The bound for a box whose pages are not all loaded at its spacing; `level` is the finest level that is.
+// The bound for a box whose pages are not all loaded at its spacing; at `level`, the finest such level, all are loaded.
 float largest_of_coarse_m(ivec2 low, ivec2 end, int from, int level, bool is_mixed) {
     float worst_m = largest_of_level_m(low, end, level);
     if (!is_mixed) return worst_m;

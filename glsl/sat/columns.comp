@@ -3,8 +3,8 @@
 //   So it reads memory in order. Of the rows above, it reads only the last one again.
 //
 //        band 0      band 1           Threads of a group are side by side, and step through the band together.
-//   row  0 1 2 0 1 │ 0 1 2 0 1        With FOURS each takes four words at once: all rows
-//                                   begin at a multiple of four words.
+//   row  0 1 2 0 1 │ 0 1 2 0 1        With FOURS each thread takes four words at once: all
+//                                   rows begin at a multiple of four words.
 // Python twin: reference.sat
 
 #define THREADS 8u

@@ -9,7 +9,7 @@ layout(std430, binding = 0) readonly buffer Sums { uint sums[]; };
 
 uniform ivec4 u_frame_px;  // left, bottom, width, height in the window
 uniform ivec2 u_size;      // columns and rows of the table
-uniform ivec4 u_box;       // columns and rows from, to; to is outside
+uniform ivec4 u_box;       // first column, first row; then the column and the row after the last
 
 out vec4 out_colour;
 

@@ -25,7 +25,7 @@ uniform int u_patches;
 
 vec3 ground_from_eye_m(ivec2 post) { return from_middle_m(post, vec2(0.0), height_m(post)); }
 
-// The distance from the eye: the depth in the middle of the picture, an upper bound of the depth elsewhere.
+// The depth of a place, but at least the depth that a place as far away has in a corner of the picture.
 float depth_of(vec3 from_eye) {
     float away = length(from_eye);
     float depth_m = max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(u_half_extent, u_half_extent)));

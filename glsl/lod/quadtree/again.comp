@@ -1,6 +1,6 @@
 // lod/quadtree/again.comp — decide whether another round of lod/quadtree/agree.comp is needed.
-//   If lod/quadtree/commit.comp changed the tree, it is, and the tiles are listed again.
-//   If not, the last list is that of the final tree. One thread.
+//   If lod/quadtree/commit.comp changed the tree, another round runs, and the tiles are listed again.
+//   If not, the last list of tiles is that of the final tree. One thread.
 // Python twin: reference.quadtree.agree
 
 #include "lod/quadtree/dispatch.glsl"

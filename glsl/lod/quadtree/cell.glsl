@@ -1,9 +1,10 @@
 // lod/quadtree/cell.glsl — the error inside a cell of the map.
 //   The truth is bilinear with the twist t = a − b − c + d of its corners.
 //   Two triangles have an error of at most |t|/4, four around the centre |t|/16.
-//   With n × n parts, n ≥ 4, but whole edges, a triangle at an edge covers at most 1 × 1/n of the cell,
+//   With n × n parts, n ≥ 4, whose outer edges stay whole, a triangle at an edge covers at most 1 × 1/n of the cell,
 //   and its error is at most |t| (1 − 1/n) / (4 n).
-//   (t u v is harmonic: over a triangle its error is largest on an edge (dx, dy), and is |t dx dy| / 4 there.)
+//   (Truth minus triangle is t u v minus a plane. This is harmonic, so it is largest on an edge of the triangle. On an
+//   edge (dx, dy), in parts of the cell, it is at most |t dx dy| / 4.)
 // Provides cell_error_m(), cell_segments_log2().   Python twin: reference.cell_error
 
 #include "error/node_errors.glsl"

@@ -17,7 +17,7 @@ layout(std430, binding = 5) writeonly buffer Choices {
 };
 
 uniform ivec2 u_low;      // post of the square's north-west corner
-uniform int u_side_log2;  // posts
+uniform int u_side_log2;  // log2 of its side in posts
 uniform uint u_edges;     // split edges of a fan: bits W, N, E, S
 
 void main() {

@@ -6,14 +6,14 @@
 //   Near the eye a post covers many pixels; far away many posts share a pixel.
 //   The weight of a post is the width of a cell in pixels, but at least 1:
 //       n = max(1, K/z √(s_x s_y)),   s the spacing, z the depth of the node's centre, K the focal length in pixels.
-//   One of these n is the post itself; n − 1 are places between posts, where the truth is bilinear.
+//   The post itself has the share 1 of this weight; places between posts, where the truth is bilinear, have n − 1.
 //   A cell with corners a, b, c, d and the twist t = a − b − c + d has the mean squared error
 //       t² / 90     as a quad, with either diagonal,
 //       t² / 1440   as a fan around its centre, (a + b + c + d) / 4.
 //   So each of the fan's two additional triangles removes (n − 1) t² (1/90 − 1/1440) / 2 = (n − 1) t² / 192.
 //   The mean square of a node's sag is about half the square of its largest value G.
 //   A split divides the sag by four, and adds six triangles.
-//   So each removes about n (1 - 1/16) G² / 12 over the n posts of the node.
+//   So each of them removes about p (1 - 1/16) G² / 12, where p is the number of the node's posts.
 // Provides pays(), split_pays(), quad_pays(), cell_fan_pays().   Python twin: reference.cell_squares (t²)
 
 #include "error/node_errors.glsl"

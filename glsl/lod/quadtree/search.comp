@@ -1,5 +1,5 @@
 // lod/quadtree/search.comp — the next price λ to try, from the number of triangles of the last one. One thread.
-//   When λ is found, the remaining dispatches get no groups, so only the GPU waits.
+//   When λ is found, the remaining dispatches get no groups. So the CPU dispatches all rounds without waiting.
 //   The number of triangles N falls about like λ^-0.6 on any terrain: nearly a straight line with logarithmic axes. The
 //   search is false position between a lower bracket, a λ with too many triangles, and an upper bracket, a λ within the
 //   budget. If one end stays the same twice, its distance from the budget is halved,

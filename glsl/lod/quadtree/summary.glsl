@@ -1,8 +1,9 @@
 // lod/quadtree/summary.glsl — the numbers of the view's mesh;
-//   with a budget, also the price of a triangle and its search.
-//   With a budget, each node is drawn in the way with the smallest squared screen error,
-//   weighted as in lod/quadtree/price.glsl, + λ · triangles. The price λ is the same for all nodes.
-//   Then no mesh with as few triangles has a smaller error (Everett 1963, "Generalized Lagrange multiplier method").
+//   with a budget, also the price of a triangle, and the state of the search for it.
+//   With a budget, each node is drawn in the way that makes   squared screen error + λ · triangles   smallest.
+//   The error is weighted as in lod/quadtree/price.glsl. The price λ is the same for all nodes.
+//   Then no mesh with at most as many triangles has a smaller error (Everett 1963, "Generalized Lagrange multiplier
+//   method").
 //   lod/quadtree/search.comp finds the λ that gives the budget's number of triangles.
 // Provides the summary, has_budget().   Python twin: gpu.layout.SUMMARY
 

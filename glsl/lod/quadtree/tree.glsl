@@ -12,7 +12,7 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 // Six parts of equal size: split, CUT_WEST, CUT_NORTH, and the same three as requests.
 layout(std430, binding = 1) buffer Split { uint split[]; };
 
-#define CUT_WEST 1   // edges between leaves of the same size that are split
+#define CUT_WEST 1   // split edges between leaves of the same size
 #define CUT_NORTH 2
 #define GRANTED 3    // number of parts before the requests: lod/quadtree/agree.comp
 #define STRICTER (1.0 - 1e-5)  // factor of the tolerance: another program may round the same bound differently
@@ -39,7 +39,7 @@ uint split_word(int level, int word, int row) {
     return has_word(level, word, row) ? split[word_index(level, word, row)] : 0u;
 }
 
-// The existing nodes among them.
+// The existing nodes among the same 32 nodes.
 uint existing_word(int level, int word, int row) {
     if (level == u_top_level) return 1u;
     uint parents = split[word_index(level + 1, word >> 1, row >> 1)] >> (16 * (word & 1)) & 0xffffu;
