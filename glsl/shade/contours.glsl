@@ -38,8 +38,8 @@ float height_of_sample_m(int i) {
     return h_m;
 }
 
-// Metres that one pixel spans on the plane of the ground: where samples are few, and where the land is so flat that
-// depths are too coarse.
+// Metres of height that one pixel spans on the plane of the ground. This is used where few samples see the ground, and
+// where the land is so flat that depths are too coarse.
 float rise_of_plane_m(Ground g) {
     float pixel_m = dot(-g.towards_eye, u_forward.xyz) * g.distance_m / u_focal_px;
     vec3 normal = seen_normal(g.fine.slope, g.from_eye_m);
@@ -48,7 +48,7 @@ float rise_of_plane_m(Ground g) {
     return length(vec2(dot(g.fine.slope, right), dot(g.fine.slope, up)));
 }
 
-// The ground's colour with its lines; `samples` are bits: those that see it.
+// The ground's colour with its lines; `samples`: the samples that see it, as bits.
 vec3 contoured(vec3 colour, Ground g, int samples) {
     if (CONTOURS == 0) return colour;
     float first_m = height_of_sample_m(findLSB(samples)), sum_m = 0.0;

@@ -21,8 +21,8 @@ const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // ground witho
 #define TINT 3
 #define RAMP 4
 
-// Macros for a program that serves one map, and leaves out all other code:
-// whether a picture covers the land, the look of the land, whether it is dry.
+// Macros for a program that serves one map, and leaves out all other code: whether a picture covers the land, the look
+// of the land, whether any land is not fully dry (GREEN), whether any land is dry at all (ARID).
 #ifndef PICTURED
 uniform bool u_pictured;
 uniform int u_look;
@@ -181,7 +181,7 @@ Material material_of(vec2 post, vec2 extent, Relief fine) {
     vec4 picture = PICTURED ? picture_of(post, extent) : vec4(0.0);
     Material pictured = Material(picture.rgb / max(picture.a, 1e-6), 0.8);
     if (picture.a > 0.999) return pictured;
-    // hollow_of() has steps from post to post.
+    // hollow_of() has steps from post to post. So it fades out near the eye, where posts are wider than pixels
     float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));
     Material land = land_of(post, extent, fine, hollow);
     if (MARKED) {

@@ -12,7 +12,7 @@ in vec3 g_weights;
 
 layout(location = 0) out vec4 out_drawn;
 // x: 2 + log2 of the posts between vertices, negative for fans; y: triangle's edge, 0 to 1;
-// z: log2 of the segments a side, whole, plus the patch's border, 0 to 1; w: pixels
+// z: log2 of the segments a side, whole, plus the patch's border, 0 to 1; w: the style's own number, in pixels
 
 // Lines are one pixel wide, and fainter on small triangles.
 float edge_line() {

@@ -3,8 +3,8 @@
 //   These are no part of the mesh: a formula gives the point where a ray meets them.
 //
 //        eye ·-._                        rim     a ray that enters the map's rectangle below the rim
-//                 `-._       ____/‾‾\__ /         meets the wall there; one that comes down to the
-//   ____________________`-._|__________|_______  u_edge_m     plain before meets the plain
+//                 `-._       ____/‾‾\__ /         meets the wall there; a ray that reaches the
+//   ____________________`-._|__________|_______  u_edge_m     plain first meets the plain
 //
 // Provides EDGE, wall_normal(), surroundings_at(), wall_depth(), may_meet_wall(), plain_depth(), rim_m_at().
 

@@ -3,7 +3,8 @@
 //   Projected along the view ray onto the plane of the ground, it is a parallelogram with sides u and v on the map.
 //   The box around its ellipse has the half sides √(u² + v²)/2, in columns and rows.
 //   The plane is that of a wider neighbourhood, so the footprint depends on the map and the camera,
-//   and not on the mesh. A diagonal footprint is cut along its length e into pieces, whose boxes have less area.
+//   and not on the mesh. A diagonal footprint is cut along its length e into pieces: their boxes have less area than
+//   one box around all of them.
 //   Samples see small bumps, so the places that they see jump when the eye moves.
 //   To avoid this, places are moved along their rays to the mean ground. For the centre, this is the plane of the
 //   whole footprint; for each sample, it is the plane of its part of the footprint.

@@ -1,8 +1,8 @@
 // shade/kind.glsl — kinds of pixels. Each kind has its own program, which leaves out code that its pixels never need.
 //   OPEN    all samples see the open sky, beyond the surroundings of the map
 //   SKY     no sample sees land
-//   NEAR    all samples see the same ground, and the footprint is smaller than a cell: shaded as one place, by splines
-//   MIXED   an edge passes through the pixel, or the footprint is larger than a cell: shaded by means from tables
+//   NEAR    all samples see the same ground, and the footprint is about a cell or smaller: one place, by splines
+//   MIXED   an edge passes through the pixel, or the footprint is larger: shaded by means from tables
 //   ANY     a program for all pixels
 // shade/kind.frag finds the kind of each pixel.
 // Provides PIXELS, MAY_BE_FAR.   Python twin: shade.programs.KINDS

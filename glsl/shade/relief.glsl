@@ -1,7 +1,7 @@
 // shade/relief.glsl — mean height and mean slope over a footprint:
 //   a box on the map, at any place and of any size, in posts.
 //   Boxes larger than a few posts use the summed-area table of heights.
-//   S is bilinear between texels, because a texel is constant.
+//   The height is taken as constant over each texel, so the sums are bilinear between texels.
 //   So the mean is continuous in the box, and nothing flickers when the eye moves.
 //
 //          a       b       c        mean height   sum(a..c) / area
@@ -29,7 +29,7 @@ struct Relief {
     vec2 slope;  // metres up per metre east, north
 };
 
-// S at each of six columns and six rows, minus a number that is the same for all.
+// The table's sums at each of six columns and six rows, minus a number that is the same for all.
 void sums_on(int level, int x[6], int y[6], out uint sum[36]) {
     for (int k = 0; k < 36; k++) sum[k] = 0u;
     Part part = first_part(level, ivec2(x[0], y[0]), ivec2(x[5], y[5]));

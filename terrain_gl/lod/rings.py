@@ -3,8 +3,8 @@
     cull     list the blocks that are in the picture                          glsl/lod/rings/cull.comp
     decide   cut each block into squares, look up their spacing               glsl/lod/rings/decide.comp, three rounds
     spawn    make blocks of units that need 8 segments a side or more         after the first and the second round
-    agree    neighbours agree on edges; split leaves with more than 64        two rounds, or four, ...
     horizon  find the horizon around the eye                                  glsl/lod/rings/horizon.comp
+    agree    neighbours agree on edges; split leaves with more than 64        two rounds, or four, ...
     count    leave out hidden leaves, compute the bounds of the others        glsl/lod/rings/hidden.glsl
     place    compute prefix sums, and write draw commands
     emit     write the patches
