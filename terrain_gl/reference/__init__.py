@@ -11,7 +11,7 @@
     light       lobes of light; `horizon`: what each place sees of sun and sky
     generate    land from a seed
 
-The tests compare the shaders with these functions. They import numpy alone.
+The tests compare the shaders with these functions. Besides Python's standard library, they import numpy alone.
 """
 
 from . import (

@@ -30,7 +30,7 @@ def class_tables(errors: np.ndarray, limits_m: np.ndarray) -> list[np.ndarray]:
 def bound_max_m(
     tables: list[np.ndarray], a: tuple[int, int], b: tuple[int, int], span_m: float, limits_m: np.ndarray
 ) -> float:
-    """Bound of the maximum error in metres over a box of table entries, columns a[0] to b[0] and rows a[1] to b[1]."""
+    """Bound of the maximum error in metres over a box of table entries, from a to b as in `box_sum`."""
     empty = [box_sum(table, a, b) == 0 for table in tables]
     sure = max((c for c in range(len(tables)) if empty[c]), default=None)
     return span_m if sure is None else float(limits_m[sure])
@@ -49,8 +49,8 @@ def square_table(squares: np.ndarray, step_m2: float) -> np.ndarray:
     return sat(np.ceil(squares / step_m2).astype(np.uint64))
 
 
-# Between the posts the truth is bilinear. A cell has corners a, b, c, d and the twist t = a − b − c + d. Inside the
-# cell, the error is above that at its posts by at most
+# Between the posts the truth is bilinear. A cell has corners a, b, c, d and the twist t = a − b − c + d. The error
+# inside the cell exceeds the largest error at its posts by at most
 #   |t| / 4         where a diagonal crosses the cell
 #   |t| / 16        as four triangles around the middle at (a + b + c + d) / 4
 #   |t| / (4 n²)    as n × n equal parts, two triangles each

@@ -86,7 +86,10 @@ def _wedges(h: np.ndarray, y: Nodes, x: Nodes) -> tuple[list[np.ndarray], np.nda
 
 
 def _from_middle(axis: Nodes) -> tuple[np.ndarray, np.ndarray]:
-    """Whether a post is at or before its node's middle, and its weight: 1 there, 0 at both ends, (nodes, posts)."""
+    """Whether a post is at or before its node's middle, and its weight: from 1 at the middle to 0 at both ends.
+
+    Arrays (nodes, posts).
+    """
     to = axis.post - axis.mid[:, None]
     before, after = (axis.mid - axis.low)[:, None], (axis.high - axis.mid)[:, None]
     return to <= 0, 1 - np.abs(to) / np.where(to <= 0, before, np.maximum(after, 1))
@@ -190,7 +193,7 @@ def _over_node(
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the larger error of the two ways to draw it.
-# Each crossed cell adds m (2 worst + m) to Σ e².
+# Each crossed cell adds m (2 worst + m) to Σ e²; m and worst as in `between`.
 
 
 def node_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> NodeErrors:
@@ -218,7 +221,7 @@ def _largest(heights: np.ndarray, level: int, void: np.ndarray | None) -> list[n
 def squared_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Sums of squared errors over each node's own posts without voids and its crossed cells, m²: as quads, as fans.
 
-    A root mean square is at most the largest error.
+    A root mean square is at most the largest error. So a sum is at most that error squared, times the number of posts.
     """
     own = own_posts(heights.shape, level, void)
     crossed = crossed_cells(heights.shape, level, void)

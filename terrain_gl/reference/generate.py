@@ -1,7 +1,7 @@
 """generate: terrain from a seed.
 
 Large forms (noise with warped coordinates), then gullies that run down the slope, octave by octave, then rock layers.
-Points p are (2, rows, cols), in units of 8 times the relief, east and south; heights are parts of the relief, 0 to 1.
+Points p are (2, rows, cols), in units of 8 times the relief, east and south; heights are shares of the relief, 0 to 1.
 Operations have the same order as in glsl/generate, so float32 points give the same bits as the GPU.
 """
 

@@ -13,7 +13,7 @@ SHELL_SPACINGS = 64.0
 
 
 def sectors_of(ahead: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    """Sectors, as fractions, of level directions (..., 2)."""
+    """Sector numbers, with fractions, of horizontal directions (..., 2)."""
     p, q = towards @ ahead, ahead[0] * towards[..., 1] - ahead[1] * towards[..., 0]
     t = q / (np.abs(p) + np.abs(q))
     return SECTORS / 4 * np.where(p >= 0, 2 + t, np.where(q >= 0, 4 - t, -t))
@@ -90,7 +90,7 @@ def is_hidden(
     high: np.ndarray,
     off: float,
 ) -> bool:
-    """Whether the box from low to high, (3,) metres from the eye, is behind the horizon; off = φ, in radians."""
+    """Whether land in front hides the box from low to high, (3,) metres from the eye; off = φ, in radians."""
     nearest, farthest = np.clip(0, low[:2], high[:2]), np.maximum(np.abs(low[:2]), np.abs(high[:2]))
     near, far = np.linalg.norm(nearest), np.linalg.norm(farthest)
     corners = np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])

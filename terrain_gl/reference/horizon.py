@@ -49,7 +49,7 @@ def windowed_sines(
     Parameters
     ----------
     windows
-        Heights, shifts and parts inside the map: `pages.windows.Windows`.
+        Heights, shifts and parts inside the map: `pages.windows.PageWindows`.
     posts
         (..., 2) columns and rows of the places, in posts of the first window.
     """

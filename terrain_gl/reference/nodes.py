@@ -32,7 +32,7 @@ def node_axes(shape: tuple[int, ...], level: int) -> tuple[Nodes, Nodes]:
 
 
 def per_node(y: Nodes, x: Nodes) -> tuple[np.ndarray, np.ndarray]:
-    """Index by which an array of posts becomes one of nodes, (node rows, posts, node cols, posts)."""
+    """Index that turns an array of posts into an array of nodes, (node rows, posts, node cols, posts)."""
     return y.post[:, :, None, None], x.post[None, None]
 
 

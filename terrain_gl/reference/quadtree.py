@@ -90,11 +90,12 @@ def tables_of(heights: np.ndarray, void: np.ndarray | None = None) -> list[Error
     return [tables[0]._replace(low_m=next(ranges), high_m=next(ranges)), *tables[1:]]
 
 
-# Two more triangles turn a cell into a fan. Over its n pixels, one a post, they remove (n − 1) (t²/90 − t²/1440).
+# Two more triangles turn a cell into a fan. It counts as n places, one of which is a post, where the error is 0. At the
+# others, the two triangles remove (n − 1) (t²/90 − t²/1440).
 
 
 def _cells(heights: np.ndarray, hole: np.ndarray) -> Errors:
-    """Level 0: cells have no error at their posts. Their gain is for one pixel between posts and one triangle."""
+    """Level 0: cells have no error at their posts. Their gain is for one place between posts and one triangle."""
     quad, fan = cell_squares(heights)
     none = np.zeros(quad.shape)
     four = np.zeros((*quad.shape, 4))

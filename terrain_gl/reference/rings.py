@@ -3,7 +3,7 @@
 rings    nested rectangles around the eye; ring l has cells of 2^l posts
 blocks   8 × 8 units of one ring cell; a unit that needs 8 segments a side or more is a block itself
 leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments, T ≥ 2
-edges    two leaves that meet take the finer spacing along their common edge
+edges    the leaves on both sides of an edge take the finest spacing among them
 """
 
 from collections.abc import Callable, Sequence
@@ -34,8 +34,8 @@ class Leaf(NamedTuple):
     step_log2: int
 
 
-# Ring l is n blocks wide, and a block is 8 · 2^l posts wide. Its origin is on every fourth place of its lattice. Of
-# these, we take the one for which the ring's middle is nearest to the eye:
+# Ring l is n blocks wide, and a block is 8 · 2^l posts wide. The ring's origin is a multiple of four of its cells. Of
+# these origins, we take the one for which the ring's middle is nearest to the eye:
 #   origin = 4 · 2^l · ⌊(eye − n · 8 · 2^l / 2) / (4 · 2^l) + 1/2⌋
 
 
@@ -69,7 +69,7 @@ class ClassTables(NamedTuple):
 
 
 def tiles_over(level: ClassTables, j: int, low: Post, end: Post, last: Post) -> tuple[Post, Post]:
-    """First tile, and the one after the last, of the cells from post `low` to post `end`; `last` is the map's."""
+    """First tile, and the one after the last tile, over posts `low` to `end`; `last` is the map's last post."""
     side = level.tile << j
     rows, cols = level.classes[0].shape
     x, y = (max(at, 0) // side for at in low)
@@ -97,7 +97,7 @@ def is_within(levels: Sequence[ClassTables], low: Post, end: Post, last: Post, s
 
 
 def few_cells_m(twists_m: np.ndarray, low: Post, side_log2: int, step_log2: int) -> float:
-    """Largest error of the cells of a square of spacing 2^step_log2 ≤ 1; inf if it has more than 2 × 2 cells."""
+    """Largest error in a square of at most 2 × 2 cells, drawn at a spacing of 2^step_log2 ≤ 1; inf for all others."""
     if step_log2 > 0 or side_log2 > FEW_LOG2:
         return np.inf
     (x, x1), (y, y1) = ((max(at, 0), at + (1 << side_log2)) for at in low)
@@ -182,8 +182,8 @@ def _cut(
     return whole
 
 
-# Where leaves of different sizes meet, a common edge is a whole side of the larger leaf. Its spacing is the finest
-# among all leaves along it, on both sides.
+# Where leaves of different sizes meet, one spacing holds along the whole side of the larger leaf: the finest among this
+# leaf and all leaves beyond that side.
 
 WEST, NORTH, EAST, SOUTH = range(4)
 

@@ -25,7 +25,7 @@ def sat(values: np.ndarray) -> np.ndarray:
 
 
 def box_sum(table: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> int:
-    """Sum over columns a[0] to b[0] and rows a[1] to b[1], both ends excluded.
+    """Sum over the columns from a[0] up to, but without, b[0], and over the rows from a[1] up to, but without, b[1].
 
     The difference of wrapped sums is exact as long as the box's own sum fits the table's word.
     """
