@@ -24,7 +24,7 @@ from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
 SMALL_LEVELS = 2  # levels of glsl/error/small.comp
-FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
+FINE_LEVELS = 5  # one thread computes a node of at most this level; a coarser node is cut into blocks of that size
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 72  # glsl/error/coarse.glsl
 CUT_BYTES = 8  # of each edge

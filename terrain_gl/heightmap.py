@@ -147,7 +147,7 @@ class Heightmap:
         band : int or str, optional
             The band that holds the heights, from 1, or its name, in a file with several bands.
         raw : (int, int), optional
-            Columns and rows of a file without a header: 1 or 2 bytes a post, or a 4-byte float.
+            Columns and rows of a file without a header, in which each post is 1 or 2 bytes, or a 4-byte float.
         byte_order : {"little", "big"}, optional
             Byte order of the numbers in such a file. By default the order that gives smoother land; if that is "big", a
             note says so.
@@ -274,7 +274,7 @@ class Heightmap:
         return self._ground_spacing_m or self.spacing_m
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
-        """Give posts new heights; the time depends only on their number.
+        """Give posts new heights. The first call reads the whole map once; later calls take time for these posts alone.
 
         Parameters
         ----------

@@ -106,7 +106,11 @@ class SummedAreaTables:
         self._run("spread", blocks, (table.width - x, strips, table.layers), GROUP, place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
-        """Sums over boxes (n, 4), each x0, y0, x1, y1, ends excluded: (n,) words; with 16 or 8 bits (n, 32 / bits)."""
+        """Sums over boxes (n, 4): (n,) words; with 16 or 8 bits (n, 32 / bits).
+
+        A box has the columns from x0 up to, but without, x1, and the rows from y0 up to, but without, y1: one row of
+        `boxes` is x0, y0, x1, y1.
+        """
         corners = np.ascontiguousarray(boxes, "<i4")
         questions = self.ctx.buffer(corners.tobytes())
         answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
@@ -153,7 +157,7 @@ class SummedAreaTables:
         width, height = table.width // words, table.height
         band = -(-width // (SIDE * BANDS)) * SIDE
         lines = {"first": table.first // words, "lines": width, "length": height, "line_step": 1, "word_step": width}
-        rows = LOOPS // (band // SIDE + 2) * SIDE  # each loop counts its last test, too
+        rows = LOOPS // (band // SIDE + 2) * SIDE  # llvmpipe also counts the test that ends an inner loop
         for row in range(1, height, rows):
             lines |= {"band": band, "row": row, "end": min(row + rows, height)}
             name = "columns WHOLE_LINES FOURS" if words == 4 else "columns WHOLE_LINES"

@@ -67,7 +67,7 @@ class Camera:
     def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
         """A view over the middle of the map, from the south, or from the west if the map is long from south to north.
 
-        It shows the middle half of the map, or nearly all of a narrow map.
+        It shows the middle of the map, about half of each side; of a narrow map it shows nearly all.
         """
         east, north = terrain.extent_m
         low, high = terrain.range_m

@@ -20,8 +20,8 @@ FROM_M = 50e3  # a map whose longer side is at least this has curvature, if it h
 def bend_per_m(heightmap: Heightmap, mode: str, refraction: float) -> float:
     """1 / 2R, with the radius in effect, for one of `MODES`; 0 if the map is drawn flat.
 
-    "auto" is "on" for a map with a coordinate system whose longer side is at least `FROM_M`, and at most the radius:
-    the map of a whole planet is not nearly flat anywhere.
+    "auto" is "on" for a map with a coordinate system whose longer side is at least `FROM_M`, and at most the radius.
+    On a larger map, such as that of a whole planet, r² / 2R is not nearly the drop.
     """
     radius_m = body_radius_m(heightmap)
     if mode == "off" or (mode == "auto" and not _is_round(heightmap, radius_m)):

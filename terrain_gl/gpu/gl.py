@@ -172,7 +172,7 @@ def storage_block_bytes(ctx: moderngl.Context) -> int:
 
 
 class WordTexture:
-    """A buffer of 32-bit words, read through a texture: see glsl/shade/relief.glsl."""
+    """A buffer of 32-bit words, read through a texture: see WORDS_IN_TEXTURES in glsl/shade/posts.glsl."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._delete = function(ctx, "glDeleteTextures", None, c_int, POINTER(c_uint))

@@ -27,8 +27,8 @@ MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as f
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
 VOID = 1  # bits of a post's mark
 WET = 2
-HOLE = 4  # bits of a page's node: all its cells are holes; one is
-HOLED = 8
+HOLE = 4  # bits of a page's node: all its cells are holes
+HOLED = 8  # at least one of its cells is a hole
 CLASS_WORDS = CLASSES // 4  # words for a tile's counters, 8 bits each
 
 # glsl/blocks/terrain.glsl

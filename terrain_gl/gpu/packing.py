@@ -2,7 +2,7 @@
 
 import numpy as np
 
-ERROR_UNIT = 2.0**-14  # unit of errors in a record, as a part of the span
+ERROR_UNIT = 2.0**-14  # unit of errors in a record, as a fraction of the span
 STEPS = 65535  # heights are stored as steps of 16 bits
 
 
@@ -41,7 +41,7 @@ def pack_range(low_m: np.ndarray, high_m: np.ndarray, least_m: float, span_m: fl
 
 
 def square_up(share: np.ndarray) -> np.ndarray:
-    """Squared errors as parts of span², float32, in 64-bit fixed point: rounded up."""
+    """Squared errors as fractions of span², float32, in 64-bit fixed point: rounded up."""
     s = share * np.float32(8) * np.float32(1 + 2.0**-18)
     high = np.floor(s)
     fixed = ((s - high) * np.float32(2.0**32)).astype(np.uint64) + (high.astype(np.uint64) << np.uint64(32))

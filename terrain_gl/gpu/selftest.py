@@ -1,4 +1,4 @@
-"""Find a driver that computes wrongly before the first picture, and say what to do.
+"""Before the first picture, find out whether the driver computes wrongly, and say what to do.
 
 A certificate is only as good as the arithmetic under it. So each driver has to pass, once in a process: summed-area
 tables of several sizes, made by the same kernels with other bounds of their loops; rounding to nearest; products and

@@ -86,7 +86,7 @@ def printed_diffuse(axis: np.ndarray, sharpness: float, mean_normal: np.ndarray)
 
 
 def merged(r: np.ndarray, weights: np.ndarray | None = None) -> tuple[np.ndarray, float]:
-    """Axis and sharpness of the lobe that replaces many: its mean vector is the average of their mean vectors, (n, 3)."""
+    """Axis and sharpness of one lobe that replaces many: its mean vector is the average of all r, (n, 3)."""
     mean = np.average(np.asarray(r, float), axis=0, weights=weights)
     length = float(np.linalg.norm(mean))
     return mean / length, sharpness_of_length(length)

@@ -30,9 +30,9 @@ def contour_labels(
     camera, near_m
         The view in which the picture was drawn.
     interval_m, least_m
-        Metres between contour lines, and the height from which on there are any.
+        Metres between contour lines, and the least height that has lines.
     factor
-        All heights of the map are this many times the true ones, which are written.
+        The heights of the map are this many times the true heights. The labels have the true heights.
     """
     depths = picture.depths()[:: _STEP * piece.fine, :: _STEP * piece.fine]
     first = np.array([piece.cols.start, piece.rows.start]) + 0.5

@@ -14,7 +14,7 @@ from .overlay import Overlay
 COLOURS: tuple[Color, ...] = ((255, 70, 50, 255), (60, 200, 255, 255), (255, 220, 60, 255), (200, 130, 255, 255))
 WIDTH_PX = 2.0  # width of a line, in a picture of up to 720 rows
 MOST = 512  # most places along a leg
-RING_POSTS = 0.004  # radius of a point's ring, as a part of the map's longer side
+RING_POSTS = 0.004  # radius of a point's ring, as a fraction of the posts along the map's longer side
 _TURN = np.linspace(0, 2 * np.pi, 13)
 
 

@@ -2,8 +2,8 @@
 
     heights → error tables → baselines → sums of heights → light
 
-The tables store heights and errors as integers in a quantisation range (`terrain.quantisation_range`). The cost of an
-edit inside the range grows with its rectangle. The first edit outside the range widens it and rebuilds everything.
+The tables store heights and errors as fractions of a quantisation range (`terrain.quantisation_range`). The cost of an
+edit inside the range grows with its rectangle. An edit outside the range widens it and rebuilds everything.
 `Editor.headroom_steps` widens the range in advance, while the old tables stay in use.
 """
 
@@ -67,7 +67,8 @@ class Editor:
         UsageError
             Heights of another shape, or not real numbers; posts beyond the map.
         TerrainError
-            Heights out of range, or voids alone; the map is then unchanged.
+            Heights beyond `heightmap.MAX_HEIGHT_M`, or no post of the map would have a height. The map is then
+            unchanged.
         """
         new = real_heights(heights, "edit")
         heightmap = self.resources.terrain.heightmap

@@ -155,7 +155,7 @@ class Inspector:
 
     @in_session
     def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
-        """Triangles over the whole map whose height at every post is within `max_error_m` of the truth.
+        """Triangles over the whole map whose surface is nowhere further than `max_error_m` from the truth.
 
         There is no camera. The last frame is lost.
 

@@ -119,7 +119,10 @@ def on_land(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
 
 
 def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
-    """Places along a leg, (n, 2), from its start on, without its end."""
+    """Places along a straight leg, (n, 2): its start, and where it crosses rows and columns of posts, without its end.
+
+    If there are more than `most`, the places are `most` places at equal distances.
+    """
     cells = np.stack([start, end]) / spacing_m
     shares = [np.zeros(1)]
     for a, b in cells.T:

@@ -1,4 +1,4 @@
-"""Names of points: where they are in a picture. A point that land hides has none there."""
+"""Names of points: where they are in a picture. The name of a point that land hides is left out."""
 
 from __future__ import annotations
 

@@ -373,7 +373,7 @@ class RenderOptions:
     def goal(self) -> Goal:
         """The options of the level of detail."""
         first = self.tolerance_px, self.metric, self.cull, self.triangles, self.parameters
-        hides = self.occlusion == "on" and self.style != "cracks"  # through a crack one sees what is hidden else
+        hides = self.occlusion == "on" and self.style != "cracks"  # through a crack, the eye sees land behind land
         return Goal(*first, hides=hides, has_holes=self.voids == "hole")
 
     @property

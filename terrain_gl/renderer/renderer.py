@@ -101,7 +101,7 @@ class Renderer:
     ) -> None:
         self.session = Session(ctx or create_context(backend), owned=ctx is None)
         self.ctx = self.session.ctx
-        # read once, because the context looks up dozens of limits for its name
+        # read once, because `info` asks the driver for dozens of limits, not only for the name
         self._gl = {"gl_renderer": self.ctx.info["GL_RENDERER"], "backend": backend_name(self.ctx)}
         self.resources = GpuResources(self.session)
         self.timer = self.resources.timer
@@ -321,7 +321,7 @@ class Renderer:
 
     @in_session
     def labels(self, overlays: tuple[Overlay, ...] | None = None) -> list[Label]:
-        """The names of points in the last picture that no land hides; `overlays`: of others than the renderer's own."""
+        """The names of points in the last picture that no land hides; `overlays`: by default the renderer's own."""
         if self._drawn is None:
             return []
         return labels_seen(self.overlays if overlays is None else overlays, self.picture, *self._drawn)
@@ -333,7 +333,7 @@ class Renderer:
         Parameters
         ----------
         factor
-            All heights of the map are this many times the true ones, which are written.
+            The heights of the map are this many times the true heights. The labels have the true heights.
         """
         if self._drawn is None or contour_m is None:
             return []

@@ -7,7 +7,7 @@ from ..terrain import Terrain
 
 MOST = 40  # most lines from the lowest to the highest post
 INDEX_EVERY = 5  # every fifth line is an index line, which is bolder
-_ASIDE = 1e-3  # lines are drawn too high by this part of an interval: else a plain at their height would be all line
+_ASIDE = 1e-3  # lines are drawn too high by this share of an interval: else a line would cover a plain at its height
 
 
 def interval_m(low_m: float, high_m: float) -> float:

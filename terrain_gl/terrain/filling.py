@@ -13,7 +13,7 @@ def fill_voids(heights: np.ndarray) -> np.ndarray:
 
 
 class Filling:
-    """Heights with voids filled. Edits change only the part that they need.
+    """Heights with voids filled. An edit computes only the part that depends on it.
 
     Pull-push (Gortler et al. 1996, "The lumigraph") gives a first guess at each level. Pull: each coarser level is half
     as large, and its posts are the means of the known posts below. Push: from the coarsest level down, void posts take

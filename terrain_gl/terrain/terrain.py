@@ -18,8 +18,8 @@ from ..heightmap import MAX_HEIGHT_M, Heightmap
 from .filling import Filling
 from .water import water_posts
 
-SEA = 0.1  # if this part of the rim is in water of one height, that water is the sea
-HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
+SEA = 0.1  # if this share of the rim is in water of one height, that water is the sea
+HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a fraction of the relief
 
 
 class Terrain:
@@ -28,18 +28,19 @@ class Terrain:
     Parameters
     ----------
     like
-        A terrain of the same posts: water and filled voids are taken from it.
+        A terrain of the same posts: its water is taken over. If it has the same heights, its filled voids are, too.
     least_top
         The least level of the one node over the map.
     filled
-        The heights with voids filled, (rows, cols); None to fill them here. A part of a map has those of the whole map.
+        The heights with voids filled, (rows, cols); None to fill them here. For a part of a map, give the part of the
+        whole map's filled heights.
 
     Attributes
     ----------
     base_m
         The GPU's heights are relative to this height: 0, or a height close below the map if float32 needs it.
     span_m
-        Width of the quantisation range. Heights and errors in tables are integers, in parts of this width.
+        Width of the quantisation range. Tables store heights and errors as fractions of this width.
     levels
         Sizes of the quadtree's levels.
     edits

@@ -36,7 +36,7 @@ class Lookup:
     level, error_class
         The table that was read: for quads of 2^level posts a side, and for this class of errors.
     limit_m
-        The error of the class in metres: the largest class that is within the tolerance.
+        The limit of the class in metres. Of all limits that are within the tolerance, it is the largest.
     tiles
         The box: first column and row, then the column and row after the last. A tile is 2 × 2 quads, or 4 × 4 cells.
     corners
