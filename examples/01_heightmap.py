@@ -1,7 +1,8 @@
 """Example 1: the heightmap
 ========================
 
-Metres on a grid of posts, row 0 in the north. The picture shows them from above, lit from the north-west.
+A heightmap is a grid of posts, each with a height in metres; row 0 is the north edge. The picture shows the map from
+above, lit from the north-west.
 
 Run: ``python 01_heightmap.py [PICTURE.png [MAP]]``
 """
@@ -22,7 +23,8 @@ known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 print(terrain)
 
-# Slopes are differences divided by the spacing. y points north but rows count to the south, hence the minus.
+# Slopes are differences divided by the spacing. The normal is (-slope to the east, -slope to the north, 1). Rows count
+# to the south, so the slope to the north is -to_south.
 to_south, to_east = np.gradient(terrain.heights, terrain.spacing_m[1], terrain.spacing_m[0])
 normal = np.stack([-to_east, to_south, np.ones_like(to_east)], -1)  # (rows, cols, 3): east, north, up
 normal /= np.linalg.norm(normal, axis=-1, keepdims=True)

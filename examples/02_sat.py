@@ -8,8 +8,9 @@ The mean of a box of heights takes four fetches, for any size of box.
     S(x, y) = sum of all values above and to the left          (built once, by prefix sums along rows, then columns)
     box     = S(x1, y1) - S(x1, y0) - S(x0, y1) + S(x0, y0)    (Crow 1984)
 
-The picture shows the map, and its means over boxes of 9, 33 and 129 posts a side. The table holds whole numbers that
-wrap around. Sums of floats lose digits; these sums are exact for maps of any size.
+The picture shows the map, and its means over boxes of 9, 33 and 129 posts a side. Sums of floats would lose digits. The
+table holds whole numbers of 32 bits that wrap around. The sum of a box fits into 32 bits, so it is exact, whatever the
+size of the map.
 
 Run: ``python 02_sat.py [PICTURE.png [MAP]]``
 """
@@ -56,7 +57,7 @@ def box_means(size):
 
 
 def hillshade(heights):
-    """Grey as lit from the north-west."""
+    """Greys of the land, lit from the north-west."""
     south, east = np.gradient(heights * (high - low) / 65535 / terrain.spacing_m[0])
     light = (0.5 * east + 0.5 * south + 0.7) / np.sqrt(1 + east**2 + south**2)
     return (255 * np.clip(light, 0, 1)).astype(np.uint8)

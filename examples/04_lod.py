@@ -1,15 +1,16 @@
 """Example 4: levels of detail
 ===========================
 
-The tables and a camera give patches.
+From the tables and a camera, the GPU chooses patches.
 
-A metre of error is many pixels nearby and none far away. A clipmap surrounds the eye: ring l has cells of 2^l posts.
-Each of its blocks is cut into squares. The summed-area tables say how coarse each square may be: four fetches decide
-whether any cell of a box is above an error class. The GPU repeats this in every frame, from the tables and the camera.
+A metre of error is many pixels near the eye, and a small part of a pixel far away. A clipmap surrounds the eye: ring l
+has cells of 2^l posts. Each of its blocks is cut into squares. The summed-area tables say how coarse each square may
+be: four fetches tell whether any cell in a box has an error above the limit of a class. The GPU repeats this in every
+frame, from the tables and the camera.
 
 The picture looks straight down on the map. Every patch has the colour of its spacing, from red (every post) to blue.
-The eye is the white dot above the middle. One view sees a quarter of the horizon, so four views make the picture. Land
-below all four views is black.
+The white dot is the eye, above the middle of the map. A camera with a field of view of 90 degrees sees a quarter of the
+horizon, so four views make the picture. Land that none of the four views shows, below the eye, is black.
 
 Run: ``python 04_lod.py [PICTURE.png [MAP]]``
 """

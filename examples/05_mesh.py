@@ -3,12 +3,12 @@
 
 Patches become triangles in the tessellation shaders.
 
-A patch is one vertex. The control shader sets the number of segments of each edge. The evaluation shader puts
-every new vertex on a post of the map. Both sides of an edge compute the same whole numbers. So neighbours meet without
-cracks, even where a fine patch meets a coarse one.
+A patch is drawn as one vertex. The control shader sets the number of segments of each edge. The evaluation shader puts
+every new vertex on a post of the map (close to the eye, also between posts). The patches on both sides of an edge
+compute the same whole numbers. So neighbours meet without cracks, even where a fine patch meets a coarse patch.
 
-The picture is the wireframe of the first view at 4 pixels of tolerance: large triangles on smooth land, small ones on
-ridges.
+The picture is the wireframe of the first view with a tolerance of 4 pixels: smooth land has large triangles, ridges
+have small triangles.
 
 Run: ``python 05_mesh.py [PICTURE.png [MAP]]``
 """

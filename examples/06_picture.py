@@ -1,7 +1,7 @@
 """Example 6: the picture
 ======================
 
-All stages at once, and the measured error beside the certified one.
+All stages at once, and the measured error beside the certified error.
 
 ::
 

@@ -7,9 +7,10 @@ One mountain at six hours of a day in June.
 
     date, hour, latitude -> sun -> sky -> lobes -> light
 
-The place of the sun follows from the clock. A clear sky is computed for it, and nine fixed lobes are fitted to the
-sky. Summed-area tables hold how much of each lobe the land hides, and the mean of the ground's own lobes under every
-pixel. They are made once for a map. So from hour to hour only ten colours and the sun's shadows are new.
+The place of the sun follows from date, hour and latitude. A clear sky is computed for this sun, and the colours of nine
+fixed lobes are fitted to the sky. For the ground under a pixel, summed-area tables give the share of each lobe that the
+land does not hide, and the mean of the ground's own lobes. These tables are made once for a map. So from hour to hour
+only ten colours (of the lobes and of the surrounding land) and the sun's shadows are new.
 
 Run: ``python 07_light.py [PICTURE.png [MAP]]``
 """

@@ -3,11 +3,12 @@
 
 A baseline: rings around the eye that do not depend on the land (Losasso, Hoppe 2004).
 
-Each ring is a regular grid, twice as coarse as the one inside it. So vertices have about equal distances in the
+Each ring is a regular grid, twice as coarse as the ring inside it. So vertices have about equal distances in the
 picture. Heights come from a pyramid of filtered maps. Plains get as many triangles as cliffs.
 
-Above are the rings from straight above the eye. Each ring has a colour. At its border, where it becomes its coarser
-neighbour, there are no T-junctions. Below is the wireframe of the same clipmap in perspective.
+The upper picture shows the rings from straight above the eye, each in its own colour. Towards its border, a ring blends
+into the next coarser ring, so there are no T-junctions. The lower picture is the wireframe of the same clipmap, seen
+from the eye.
 
 Run: ``python 09_clipmap.py [PICTURE.png [MAP]]``
 """
@@ -28,7 +29,7 @@ known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 rings = Rings(ring=63)
 
-# The same rings from two eyes: chosen for the first, looked at by both.
+# The rings are chosen for the first camera. Both cameras look at them.
 x, y = (0.5 * extent for extent in terrain.extent_m)
 ground = terrain.heights[terrain.rows // 2, terrain.cols // 2]
 eye = Camera((x, y, ground + 100), (x + 1000, y + 2000, ground), fov_deg=60)
@@ -41,13 +42,13 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
     achieved = renderer.measure()
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {rings}")
 
-    # The same number of triangles in other rings: few levels of wide ones, or many levels of narrow ones.
+    # 50,000 triangles in other rings: few levels of wide rings, or many levels of narrow rings.
     for each in details_of(renderer, eye, "clipmap", 50_000):
         renderer.draw(eye, method="clipmap", style="normals", **each)  # only the mesh is measured
         achieved = renderer.measure()
         print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each['parameters']}")
 
-    # And with the triangles of example 8, placed where they help most.
+    # The same number of triangles, chosen by the tables as in example 8: where they help most.
     renderer.draw(eye, triangles=50_000, style="normals")
     achieved = renderer.measure()
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: by summed-area tables")

@@ -7,7 +7,8 @@ A patch is a square with four numbers, the segments of its edges. An edge's leng
 of its bounding sphere, so the patches on both sides get the same number. Where a ring meets a coarser one, the coarse
 edge has as many segments as the two fine edges together (Song, Yang, Ji 2017; Cantlay 2011).
 
-The picture is the wireframe for edges of 12 pixels. Below it are the patches, coloured by the size of their triangles.
+The upper picture is the wireframe for edges of 12 pixels. The lower picture has the patches, coloured by the size of
+their triangles.
 
 Run: ``python 10_tessellated.py [PICTURE.png [MAP]]``
 """

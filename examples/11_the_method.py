@@ -1,12 +1,12 @@
 """Example 11: the whole method in one file
 ========================================
 
-A metre near the eye is many pixels, a metre far away is none. So land far away needs fewer triangles. How few? A table
-answers: four fetches tell whether any cell in a box is off by more than the eye tolerates there. Simplifications:
+A metre is many pixels near the eye, less than one far away. So far land needs fewer triangles. How few? Tables tell:
+four fetches answer whether any cell in a box has an error above the tolerance at this distance. Simplifications:
 
 - The truth is the heights at the posts. Between the posts there is no bound, and no vertex.
-- A patch has 2 to 32 segments a side. If a far one needs more, the certified error is above the tolerance.
-- Every box is as high as the whole map. At one depth, a metre counts as in the picture's worst corner.
+- A patch has 2 to 32 segments a side. If a patch needs more, the certified error is above the tolerance.
+- Every box is as high as the whole map. A metre of error counts as it would in the worst corner of the picture.
 - The CPU reads the number of patches and divides them into draws. The Earth is flat, and the light has no shadows.
 
 Run: ``python 11_the_method.py`` for a window, ``python 11_the_method.py PICTURE.png [MAP]`` for a picture
@@ -49,16 +49,16 @@ def open_map(name):
     return Map(heights, known["spacing_m"], *(known["view"][key] for key in ("eye", "target", "fov")))
 
 
-# -- 2. The table: how many cells of a box are above an error class? ---------------------------------------------------
+# -- 2. The tables: how many cells of a box have an error above the limit of a class? ----------------------------------
 # Level j draws every 2^j-th post, and has a table for each class:                        (Crow 1984; Porikli 2005)
-#   S(x, y)   = number of cells (i, j) with i < x, j < y and an error above the class
+#   S(x, y)   = number of cells (i, j) with i < x, j < y and an error above the limit of the class
 #   box(a, b) = S(b.x, b.y) - S(a.x, b.y) - S(b.x, a.y) + S(a.x, a.y)                     four fetches for any box
 TABLES = """
 layout(std430, binding = 0) buffer Sums { uint S[]; };
 layout(binding = 0) uniform sampler2D u_heights;
 float post(int col, int row) { return texelFetch(u_heights, min(ivec2(col, row), LAST), 0).r; }
 ivec2 cells_of(int j) { return (LAST - 1 >> j) + 1; }  // columns and rows
-float limit_m(int c) { return 2.0 * SPAN_M * exp2(-0.5 * float(c)); }  // of class c; no error is above class 0
+float limit_m(int c) { return 2.0 * SPAN_M * exp2(-0.5 * float(c)); }  // of class c; no error is above that of class 0
 int at(int j, int c, int x, int y) { return FIRST[j] + (c * (cells_of(j).y + 1) + y) * (cells_of(j).x + 1) + x; }
 uint cells_above(ivec2 low, int side, int j, int c) {
     ivec2 a = clamp(low, ivec2(0), LAST) >> j, b = (clamp(low + side, ivec2(0), LAST) - 1 >> j) + 1;
@@ -67,7 +67,7 @@ uint cells_above(ivec2 low, int side, int j, int c) {
 """
 # A cell of level j is two triangles, with an unknown diagonal. With the twist t = a - b - c + d of the corners, one is
 # t min(x (1-y), y (1-x)) above the bilinear surface, the other t min(x y, (1-x) (1-y)) below it: take the worse. A
-# finer neighbour cuts an edge. Its new vertices are `cut_m` off at most, so they move no point by more than that.
+# finer neighbour cuts an edge. The new vertices are at most `cut_m` off the edge, so they move no point by more.
 ERRORS = """
 layout(local_size_x = 8, local_size_y = 8) in;
 void main() {
@@ -114,8 +114,8 @@ float depth_of(ivec2 low, int side) {  // the smallest depth of a box, FAR if it
 """
 # -- 4. The level of each patch ----------------------------------------------------------------------------------------
 # Ring l has 32 × 32 blocks of 4 × 4 units, and a unit has 2 × 2 cells of 2^l posts. The finer ring fills its middle.
-# Rings slide with the eye by two units. Their squares are not nodes of a tree, but the table answers for any box. Each
-# square has the coarsest spacing that leaves no cell above the tolerated error. A block is one patch if that pays.
+# Rings follow the eye in steps of two units. Their squares are not nodes of a tree, but the tables answer for any box.
+# Each square gets the coarsest spacing at which all cells are within the tolerance. A block is one patch if that pays.
 RINGS = """
 struct Patch { ivec2 low; int side_log2, step_log2; };  // posts
 layout(std430, binding = 1) buffer Rings { Patch units[]; };  // the patch over each unit of each ring
@@ -228,7 +228,7 @@ void main() {
 }
 """
 # -- 7. The frame ------------------------------------------------------------------------------------------------------
-CLASSES, TOP, UNITS = 32, 7, 128  # of errors; level of the coarsest cells; across a ring
+CLASSES, TOP, UNITS = 32, 7, 128  # error classes; level of the coarsest cells; units across a ring
 PATCHES_PER_DRAW = 15  # of 65 × 65 vertices: Mesa's software renderer fails from 65,536 in a draw on
 
 
