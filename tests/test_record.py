@@ -126,17 +126,6 @@ def test_no_film_of_one_pixel():
     assert not os.listdir()
 
 
-def test_its_own_pace(output):
-    """Frames at irregular times: each is shown until the next; of two within one frame's time the first is taken."""
-    with Recorder(output, fps=10) as recorder:
-        for i, at_s in enumerate((0, 0.11, 0.12, 0.5, 0.61)):
-            assert recorder.append(picture(i), at_s)
-    frames, times = frames_of(output)
-    assert [int(frame[40, 40, 2] + 5) // 10 for frame in frames] == [0, 1, 3, 4]
-    if times:
-        assert times == pytest.approx([0, 0.1, 0.5, 0.6], abs=0.0051)
-
-
 def test_the_encoder_is_not_waited_for(monkeypatch):
     """With a slow disk frames are dropped without waiting, and the film goes on."""
     monkeypatch.setattr(record, "write_png", lambda *_: time.sleep(0.2))

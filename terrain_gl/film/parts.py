@@ -18,7 +18,7 @@ from ..basics.exceptions import TerrainError
 
 FRAMES = 60  # frames of a part: few are lost, and the key frames that begin parts need little space
 JOURNAL = ".flight"  # in a folder of pictures or parts that is not complete (terrain_gl/film/journal.py)
-Write = Callable[[np.ndarray, int], None]
+Write = Callable[[np.ndarray], None]
 
 
 def folder_of(film: str | os.PathLike[str]) -> Path:
@@ -55,11 +55,11 @@ def writing(
         with contextlib.ExitStack() as part:
             put: Write
 
-            def write(image: np.ndarray, _: int) -> None:
+            def write(image: np.ndarray) -> None:
                 nonlocal done, complete, put
                 if done % FRAMES == 0:
                     put = part.enter_context(encode(part_of(film, done)))
-                put(image, done % FRAMES)
+                put(image)
                 done += 1
                 if done % FRAMES == 0:
                     part.close()

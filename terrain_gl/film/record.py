@@ -90,30 +90,21 @@ class Recorder:
         writing = _pictures(Path(path), first or 0) if is_folder(path) else _film(Path(path), fps, first)
         self.frames = first or 0
         self._shape: tuple[int, ...] | None = None
-        self._last = -1
         self._cancelled = False
         self._error: BaseException | None = None
-        self._queue: queue.Queue[tuple[np.ndarray, int] | None] = queue.Queue(WAITING)
+        self._queue: queue.Queue[np.ndarray | None] = queue.Queue(WAITING)
         self._thread = threading.Thread(target=self._run, args=(writing,), name="recorder", daemon=True)
         self._thread.start()
 
-    def append(self, image: np.ndarray, at_s: float | None = None, wait: bool = True) -> bool:
-        """Record a frame.
+    def append(self, image: np.ndarray, wait: bool = True) -> bool:
+        """Record a frame; False if it was dropped.
 
         Parameters
         ----------
         image
             (height, width, 3 or 4) uint8, first row on top; all frames have the same size.
-        at_s
-            Seconds since the start, for live recordings. If several frames fall into one frame of the film, the first
-            of them is used. A frame is shown until the next one comes. Without `at_s`, every frame is one of the film.
         wait
             Whether to wait if the encoder is behind; else the frame is dropped.
-
-        Returns
-        -------
-        bool
-            False if the frame was dropped.
 
         Raises
         ------
@@ -124,13 +115,7 @@ class Recorder:
         self._shape = self._shape or image.shape
         if image.shape != self._shape or image.ndim != 3 or image.dtype != np.uint8:
             raise TerrainError(f"{self.path}: expected a frame of {self._shape} uint8, got {image.shape} {image.dtype}")
-        number = self._last + 1 if at_s is None else round(at_s * self.fps)
-        if number <= self._last:
-            return True
-        if not self._put((np.ascontiguousarray(image[..., :3]), number), wait):
-            return False
-        self._last = number
-        return True
+        return self._put(np.ascontiguousarray(image[..., :3]), wait)
 
     def close(self) -> None:
         """Finish the file; `TerrainError` if it cannot be written."""
@@ -161,7 +146,7 @@ class Recorder:
         else:
             self.cancel()
 
-    def _put(self, item: tuple[np.ndarray, int] | None, wait: bool) -> bool:
+    def _put(self, item: np.ndarray | None, wait: bool) -> bool:
         while self._thread.is_alive():
             try:
                 self._queue.put(item, wait, 0.1)  # a short wait only: the thread may end before it takes the frame
@@ -179,8 +164,8 @@ class Recorder:
     def _run(self, writing: AbstractContextManager[Write]) -> None:
         try:
             with writing as write:
-                while (item := self._queue.get()) is not None and not self._cancelled:
-                    write(*item)
+                while (image := self._queue.get()) is not None and not self._cancelled:
+                    write(image)
                     self.frames += 1
                 if self._cancelled:
                     raise _CancelledError
@@ -246,7 +231,7 @@ def _numbered(folder: Path, made: bool, lock: int, first: int) -> Iterator[Write
     """Write numbered files to a folder; a new folder that stays empty is removed."""
     done = first
 
-    def write(image: np.ndarray, _: int) -> None:
+    def write(image: np.ndarray) -> None:
         nonlocal done
         try:
             write_png(folder / picture_name(done), image)
@@ -314,19 +299,21 @@ class _Film:
         self._av = av
         self._codec = codec
         self._rate = rate
+        self._frames = 0
         self._file = av.open(os.fspath(part), "w", format=codec.container, container_options=codec.container_options)
         self._stream: Any = None
         self._convert: Callable[[Any], Any] = _h264_pixels if codec.encoder == "libx264" else self._plain_pixels
 
-    def write(self, image: np.ndarray, number: int) -> None:
-        """Encode a frame; `number` is its time in frames."""
+    def write(self, image: np.ndarray) -> None:
+        """Encode a frame."""
         if self._codec.encoder == "libx264":
             image = _even(image)
         if self._stream is None:
             self._open(image.shape[1], image.shape[0])
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), "rgb24")
-        frame.pts = number
+        frame.pts = self._frames
         frame.time_base = 1 / self._rate
+        self._frames += 1
         self._file.mux(self._stream.encode(self._convert(frame)))
 
     def finish(self) -> None:
