@@ -14,12 +14,8 @@ from ..gpu import layout, shaders
 from ..gpu.bindings import bind
 from ..terrain import Terrain
 
-# weights of a symmetric filter: centre, first neighbours, second neighbours
-FILTERS = {
-    "point": (1.0, 0.0, 0.0),  # every second sample, not filtered
-    "tent": (0.5, 0.25, 0.0),  # the binomial filter, Burt 1981
-    "spline": (0.75, 0.25, -0.125),  # Cohen, Daubechies, Feauveau 1992: for linear interpolation between the samples
-}
+# of a symmetric filter for linear interpolation (Cohen, Daubechies, Feauveau 1992): centre, first and second neighbours
+WEIGHTS = (0.75, 0.25, -0.125)
 _BARRIER = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
 FIRST_RANGES = 2  # the finest level whose ranges are kept
 _TAPS = 2  # samples that a filter reads on each side
@@ -32,14 +28,11 @@ class Pyramid:
     ----------
     terrain
         The map; voids are filled.
-    kind
-        One of `FILTERS`.
     """
 
-    def __init__(self, terrain: Terrain, kind: str = "spline") -> None:
+    def __init__(self, terrain: Terrain) -> None:
         self.ctx = terrain.ctx
         self.terrain = terrain
-        self.weights = FILTERS[kind]
         self.sizes = [(columns + 1, rows + 1) for (columns, rows), *_ in terrain.levels]
         self._halve = shaders.compute(self.ctx, "comparison/clipmap/halve.comp")
         self._first = _places(self.sizes)
@@ -69,7 +62,7 @@ class Pyramid:
         self._errors_m = np.zeros(0)
         self.bind()
         bind("comparison/clipmap/halve.comp", u_out=self._texture)
-        self._halve["u_weights"] = self.weights
+        self._halve["u_weights"] = WEIGHTS
         low, high = np.array(posts[:2]), np.array(posts[2:])
         for level, size in list(enumerate(self.sizes))[1:]:
             low, high = np.maximum(low - _TAPS, 0) // 2, np.minimum((high + _TAPS + 1) // 2 + 1, size)
@@ -128,15 +121,15 @@ class Pyramid:
 # g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim pairs of taps move inwards.
 
 
-def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
+def halve(heights: np.ndarray) -> np.ndarray:
     """Every second sample after a symmetric filter along both axes; the last sample is at the last post."""
     for axis in (0, 1):
         lines = np.moveaxis(heights.astype(np.float64), axis, 0)
         last = len(lines) - 1
         middle = np.minimum(2 * np.arange(-(-last // 2) + 1), last)
         reach = [np.minimum(d, np.minimum(middle, last - middle)) for d in (1, 2)]
-        halved = weights[0] * lines[middle]
-        for weight, d in zip(weights[1:], reach, strict=True):
+        halved = WEIGHTS[0] * lines[middle]
+        for weight, d in zip(WEIGHTS[1:], reach, strict=True):
             halved += weight * (lines[middle - d] + lines[middle + d])
         heights = np.moveaxis(halved, 0, axis)
     return heights

@@ -101,16 +101,14 @@ class Land:
     def words(self) -> str:
         """The command line that makes this land."""
         detail = f"--octaves {self.octaves_made} --relief {self.relief_m:.12g} --spacing {self.spacing_m:.12g}"
-        return (
-            f"--size {self.cols}x{self.rows} --seed {self.seed} --cliffs {self.cliffs:.12g} {detail} "
-            f"--recipe {self.recipe}"
-        )
+        size = f"--size {self.cols}x{self.rows} --seed {self.seed} --cliffs {self.cliffs:.12g}"
+        return f"{size} {detail} --recipe {self.recipe}"
 
 
-def generate(ctx: moderngl.Context, land: Land, progress: Progress | None = None) -> Heightmap:
+def generate(ctx: moderngl.Context, land: Land) -> Heightmap:
     """Make the land in memory, with the heights of a float file."""
-    bands = bands_of(ctx, land, progress)
-    return Heightmap(np.concatenate([stored(band, land, ".tif") for band in bands]), land.spacing_m, land.words)
+    bands = [stored(band, land, ".tif") for band in bands_of(ctx, land)]
+    return Heightmap(np.concatenate(bands), land.spacing_m, land.words)
 
 
 def write_land(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -29,12 +29,8 @@ MOST_STEPS = 65534  # most steps of a 16-bit file with voids
 VOID = 65535
 BAND_POSTS = 2**20  # posts that are written at once
 
-Progress = Callable[[float], None]
 
-
-def write_heightmap(
-    path: str | os.PathLike[str], heightmap: Heightmap, progress: Progress | None = None
-) -> dict[str, Any]:
+def write_heightmap(path: str | os.PathLike[str], heightmap: Heightmap) -> dict[str, Any]:
     """Write a map, voids included.
 
     Parameters
@@ -42,8 +38,6 @@ def write_heightmap(
     path
         `.tif`, `.tiff`, `.exr`: float32 metres, exact; voids are NaN. `.png`: 16-bit steps of the size that
         `least_step` gives, rounded to the nearest; voids are 65535. A TIFF has the map's coordinate system and grid.
-    progress
-        Called with the part done, 0 to 1.
 
     Returns
     -------
@@ -66,8 +60,6 @@ def write_heightmap(
         for first in range(0, heightmap.rows, rows):
             band = heightmap.heights[first : first + rows]
             file.write(_steps(band, opening) if FORMATS[suffix] == "uint16" else band)
-            if progress:
-                progress(min(1.0, (first + rows) / heightmap.rows))
     return opening
 
 

@@ -84,7 +84,6 @@ class Recorder:
 
     def __init__(self, path: str | os.PathLike[str], fps: float = 30.0, first: int | None = None) -> None:
         self.path = os.fspath(path)
-        self.fps = fps
         if not 0 < fps <= MAX_FPS:
             raise UsageError(f"frames a second must be more than 0 and at most {MAX_FPS:g}, got {fps:g}")
         writing = _pictures(Path(path), first or 0) if is_folder(path) else _film(Path(path), fps, first)

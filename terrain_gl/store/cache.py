@@ -131,9 +131,9 @@ def remove(entry: CachedStore) -> bool:
         return is_alone
 
 
-def shrink(most_bytes: int | None = None) -> None:
-    """Remove stores until the others take at most `most_bytes`, by default `limit()`."""
-    most = limit() if most_bytes is None else most_bytes
+def shrink() -> None:
+    """Remove stores until the others take at most `limit()`."""
+    most = limit()
     kept = entries()
     total = sum(entry.bytes for entry in kept)
     while total > most and kept:

@@ -29,19 +29,16 @@ def recovery_folder() -> Path:
 class Recovery:
     """Keeps one recovery file of the land that is being sculpted.
 
-    Parameters
+    Attributes
     ----------
     folder
         Where the file is; None for no recovery files.
-
-    Attributes
-    ----------
     path
         The file; None until land is written.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
-        self.folder = folder
+    def __init__(self) -> None:
+        self.folder: Path | None = None
         self.path: Path | None = None
         self._writer: MapWriter | None = None
 
