@@ -75,8 +75,8 @@ def test_flatten_goes_all_the_way_or_a_share_of_it():
     y, x = np.mgrid[:40, :40]
     away = np.hypot(x * 10.0 - 200.0, (39 - y) * 10.0 - 190.0)
     assert np.unique(after[away < 100]) == heightmap.heights[20, 20]
-    half = used(heightmap, Brush("flatten", 100.0, 0.5, 0.0, level_m=7.0), 200.0, 190.0)
-    assert half[away < 100] == pytest.approx((heightmap.heights[away < 100] + 7.0) / 2, abs=1e-5)
+    half = used(heightmap, Brush("flatten", 100.0, 0.5, 0.0), 200.0, 190.0)
+    assert half[away < 100] == pytest.approx((heightmap.heights[away < 100] + heightmap.heights[20, 20]) / 2, abs=1e-5)
 
 
 def test_flatten_on_a_void_takes_the_mean_of_what_is_known():

@@ -36,7 +36,7 @@ class Brush:
     ----------
     tool
         One of `TOOLS`. "raise" and "lower" move the ground; "smooth" moves it towards the mean of its neighbourhood,
-        "flatten" towards one height; "cliff" raises the half of the footprint that faces away from `azimuth_deg`.
+        "flatten" towards the height in the middle; "cliff" raises the half of the footprint that faces away from `azimuth_deg`.
     radius_m
         Radius of the footprint, a circle on the map.
     strength
@@ -44,8 +44,6 @@ class Brush:
         goal, 0 to 1.
     falloff
         The share of the radius, from the rim inwards, over which the strength fades out: 0 (a hard edge) to 1.
-    level_m
-        The height that "flatten" moves towards; by default the height in the middle.
     azimuth_deg
         The direction that a "cliff" faces, clockwise from north.
 
@@ -59,7 +57,6 @@ class Brush:
     radius_m: float = 100.0
     strength: float = 1.0
     falloff: float = 1.0
-    level_m: float | None = None
     azimuth_deg: float = 180.0
 
     def __post_init__(self) -> None:
@@ -126,7 +123,7 @@ def _press(ground: Edit, heightmap: Heightmap, brush: Brush, half: tuple[int, in
         new = old + weight * (_means(ground, (heightmap.rows, heightmap.cols), rows, cols, half) - old)
     elif brush.tool == "flatten":
         col, row = np.clip(np.rint(at), 0, [heightmap.cols - 1, heightmap.rows - 1]).astype(int)
-        new = old + weight * (_level_m(brush, float(old[row - rows.start, col - cols.start]), old) - old)
+        new = old + weight * (_level_m(float(old[row - rows.start, col - cols.start]), old) - old)
     else:
         azimuth = math.radians(brush.azimuth_deg)
         new = old + weight * (east * math.sin(azimuth) - south * math.cos(azimuth) < 0)
@@ -147,10 +144,8 @@ def _fade(distance: np.ndarray, falloff: float) -> np.ndarray:
     return t * t * (3.0 - 2.0 * t)
 
 
-def _level_m(brush: Brush, middle_m: float, old: np.ndarray) -> float:
-    """Height to flatten to: by default the height of the post in the middle, or the mean if that post is void."""
-    if brush.level_m is not None:
-        return brush.level_m
+def _level_m(middle_m: float, old: np.ndarray) -> float:
+    """Height to flatten to: that of the post in the middle, or the mean if that post is void."""
     known = old[np.isfinite(old)]
     return middle_m if math.isfinite(middle_m) or not known.size else float(known.mean())
 
