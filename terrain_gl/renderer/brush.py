@@ -36,7 +36,8 @@ class Brush:
     ----------
     tool
         One of `TOOLS`. "raise" and "lower" move the ground; "smooth" moves it towards the mean of its neighbourhood,
-        "flatten" towards the height in the middle; "cliff" raises the half of the footprint that faces away from `azimuth_deg`.
+        "flatten" towards the height in the middle; "cliff" raises the half of the footprint that faces away from
+        `azimuth_deg`.
     radius_m
         Radius of the footprint, a circle on the map.
     strength
