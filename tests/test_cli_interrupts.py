@@ -4,7 +4,6 @@ import os
 import shlex
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -120,18 +119,6 @@ def test_closed_standard_error(dem, words, status):
     command = f"{shlex.quote(sys.executable)} -m terrain_gl shot {shlex.quote(dem)} --size 16x9 -o {words} 2>&-"
     done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, text=True, timeout=60)
     assert done.returncode == status and ("a.png" in done.stdout) == Path("a.png").exists() == (status == 0)
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
-def test_termination_leaves_no_half_written_file(dem, tmp_path):
-    command = [sys.executable, "-m", "terrain_gl", "fly", dem, "-o", "film.gif", "--size", "16x16", "--seconds", "900"]
-    flying = subprocess.Popen(command, stderr=subprocess.PIPE)
-    while not list(tmp_path.glob(".film-*")):
-        assert flying.poll() is None
-        time.sleep(0.1)
-    flying.terminate()
-    assert flying.wait(60) == 143 and flying.stderr.read() == b""
-    assert [path.name for path in tmp_path.iterdir()] == [Path(dem).name]
 
 
 def test_full_standard_output(dem):

@@ -229,11 +229,10 @@ def test_pages_sum_the_steps_of_the_map_in_memory(ctx, tmp_path, offset_m):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["mt_rainier_90m.tif", "greenriver.tif"])
-def test_with_all_pages_pictures_of_real_maps_are_those_of_the_whole_map(dem, tmp_path, name):
-    heights = np.nan_to_num(Heightmap.open(dem / name).heights[300:620, 200:500])
+def test_with_all_pages_pictures_of_a_real_map_are_those_of_the_whole_map(dem, tmp_path):
+    heights = np.nan_to_num(Heightmap.open(dem / "mt_rainier_90m.tif").heights[300:620, 200:500])
     build(heights, tmp_path / "s", tile=32, shard=128, spacing_m=60.0)
-    check_equal((Heightmap(heights, 60.0), tmp_path / "s"), 6, METRICS)
+    check_equal((Heightmap(heights, 60.0), tmp_path / "s"), 3, METRICS)
 
 
 @pytest.mark.slow
