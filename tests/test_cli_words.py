@@ -270,7 +270,7 @@ def test_two_recordings_do_not_share_a_folder():
         assert again.append(frame)
 
 
-@pytest.mark.parametrize("ending", ["pdf", "svg", "png"])
+@pytest.mark.parametrize("ending", ["pdf", "png"])
 def test_a_figure_on_a_full_disk(dem, ending):
     pytest.importorskip("matplotlib", reason="the [compare] extra is not installed")
     words = ("compare", dem, "-o", f"a.{ending}", *SIZE, "--triangles", "500", "--supersample", "1")
