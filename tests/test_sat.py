@@ -1,4 +1,4 @@
-"""Summed-area tables against Python integers: every box of small maps, random boxes of large maps, overflow."""
+"""Summed-area tables against Python integers: every box of small maps, random boxes of a large one, overflow."""
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def plain_sums(values, boxes, bits):
 
 
 @pytest.mark.parametrize("bits", BITS)
-@pytest.mark.parametrize("shape", SMALL + LARGE, ids=str)
+@pytest.mark.parametrize("shape", [*SMALL, LARGE[-1]], ids=str)
 def test_boxes_equal_python_integers(ctx, tables, shape, bits):
     values = random_words((1, *shape), bits)
     boxes = all_boxes(*shape) if shape in SMALL else random_boxes(*shape)
