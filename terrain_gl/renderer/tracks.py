@@ -97,11 +97,12 @@ def track_of(text: str) -> dict[str, Any] | None:
     for pattern, minutes in ((_RMC, 60.0), (_GGA, 60.0), (_IGC, 60_000.0)):
         found = pattern.findall(text)
         if found:
-            return _feature([[_angle(*fix[3:], minutes), _angle(*fix[:3], minutes)] for fix in found])
+            return _feature([[_angle(fix[3:], minutes), _angle(fix[:3], minutes)] for fix in found])
     return None
 
 
-def _angle(degrees: str, minutes: str, side: str, of_degree: float) -> float:
+def _angle(fix: tuple[str, str, str], of_degree: float) -> float:
+    degrees, minutes, side = fix
     return (int(degrees) + float(minutes) / of_degree) * (-1 if side in "SW" else 1)
 
 
