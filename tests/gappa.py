@@ -34,11 +34,14 @@ class Gappa:
     fused
         Which operand of a sum is fused with it if it is a product: one of `FUSED`. Only products that are not
         `precise`.
+    quotient
+        Largest relative error of a quotient; 0: quotients are rounded like other results.
     """
 
-    def __init__(self, mode="ne", fused=""):
+    def __init__(self, mode="ne", fused="", quotient=0.0):
         self.lines = [f"@rnd = float<ieee_32, {mode}>;"]
         self.fused = fused
+        self.quotient = quotient
         self.precise = False
         self.given = []
         self.means = []  # exact sums of two products
@@ -88,6 +91,11 @@ class Gappa:
             self._products.add(exact)
         if operator == "+" and {a.exact, b.exact} <= self._products:
             self.means.append(exact)
+        if operator == "/" and self.quotient:
+            of_held = self.define(f"{self.rounded(a)} / {self.rounded(b)}")
+            held = self.define(f"rnd(quotient{exact})")
+            self.given.append(f"{held} -/ {of_held} in [{constant(-self.quotient)},{constant(self.quotient)}]")
+            return Number(held, exact)
         if operator == "*" and not self.precise:
             text = f"{self.rounded(a)} * {self.rounded(b)}"
             return Number("", exact, text)

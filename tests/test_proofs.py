@@ -4,13 +4,15 @@ Gappa proves bounds of rounding errors, and z3 that integers are exact. Each the
 worse constant in the text, and must fail then.
 """
 
+import itertools
 import operator
 import re
 import shutil
+from fractions import Fraction
 
 import numpy as np
 import pytest
-from forms import Forms, corner, post, weight
+from forms import Form, Forms, corner, post, unit, weight
 from gappa import FUSED, UNIT, Gappa, Number, Roundings, constant
 from rounding import CLIP_ROUNDINGS
 from shader_text import Evaluator, body, macros, parse, source
@@ -95,12 +97,17 @@ def counted(text, name, *arguments, **known):
 
 
 def test_a_height_between_posts_is_rounded_four_times():
-    """Each of both interpolations rounds twice: 4 times 2^-24 is the bound. 1 - t is exact for 64ths of a cell."""
+    """Each of both interpolations rounds twice. 1 - t is exact for 64ths. Then the twist of 2 x 2 parts."""
     text = source("mesh/between.glsl").replace("(1.0 - t)", "rest(t)")
     known = {"height_m": lambda post: 0, "rest": lambda t: 0, "u_last_post": [0, 0], "ivec2": lambda *a: [0, 0]}
     known["min"] = lambda *a: [0, 0]
-    bound = of_text(text, "exp2(-22.0)")
-    assert counted(text, "bilinear_m", [0, 0], [0, 0], **known) * UNIT == bound
+    heights = iter(Form(unit(i), (0, 0)) for i in range(4))
+    of = Evaluator(text, Forms(), height_m=lambda post: next(heights))
+    twist = of.call("twist_m", [weight(0), weight(0)])
+    own = twist.size[0]  # 2^-24 of the twist itself; all errors are raised by more
+    bound = of_text(text, body(text, "rounding_between_m")[1][0].split(" * ", 1)[1])
+    of_height = counted(text, "bilinear_m", [0, 0], [0, 0], **known)
+    assert (of_height + (twist.error[0] - own) / 4 / 2**2) * UNIT == bound
 
 
 # --- Clip coordinates, boxes: precision.md, sections 1 and 3; guarantee.md, section 2 ---------------------------------
@@ -226,27 +233,151 @@ def wedge_roundings(text, reciprocal, after):
                 yield from (each.error + beside for each in found)
 
 
+def cut_roundings(text, reciprocal):
+    """How far a post lies off the line between an edge's ends, at both ends; the edge is 1 long."""
+    heights = {"first": corner(2, 0), "post": post(), "end": corner(0, 2)}
+    of = Evaluator(text, Forms(), height_m=heights.get)
+    node = {"base_m": weight(0), "per_side": weight(1, reciprocal)}
+    expressions = {name: declared(text, "cut_edge_m", name).replace("[axis]", "") for name in ("from", "rise", "off")}
+    for along in (0.0, 1.0):
+        scope = {"n": node, "i": weight(along), "end": "end"}
+        for name, post_ in {"from": "first", "rise": "end", "off": "post"}.items():
+            scope[name] = of.value(parse(expressions[name]), scope | {"post": post_})
+        yield scope["off"].error
+
+
+def kink_roundings(text, reciprocal):
+    """The bend of a fan's quarter at the rim: of four heights, two may be means of a row and of a column."""
+    call = next(part for part in body(text, "kinks_m")[1] if "bend_m(" in part and "kink.y" in part)
+    bend = call.split("bend_m(")[1].split(", cells")[0].replace("n.h[y][x]", "corner").replace("n.h[1][1]", "centre")
+    of = Evaluator(text, Forms())
+    for share in RIMS:
+        part = {"part": weight(share, reciprocal + 1), "rest": weight(1 - share, reciprocal + 2)}
+        for mean in ("a + part * (b - a)", "rest * a + part * b"):  # mix() may be either
+            row, column = (
+                of.value(parse(mean), part | {"a": a, "b": b})
+                for a, b in ((corner(0, 1), corner(0, 2)), (corner(1, 0), corner(2, 0)))
+            )
+            scope = {"corner": corner(2, 2), "centre": corner(1, 1), "along_row": row, "along_column": column}
+            yield of.value(parse(bend), scope).error
+
+
+def twist_roundings(text):
+    """Of a quarter of a cell's twist t.
+
+    Its own rounding counts for the error, as |t| is at most 8 times the cell's largest error where it is added. Before
+    that, posts are off the node's corner by at most its largest height and the error. They may be high above the map's
+    base, which must cancel at once.
+    """
+    heights = {name: {"height_m": Form(unit(0, 2.0**12) + unit(i), (0, 0))} for i, name in enumerate("abcd", 1)}
+    twist = Evaluator(text, Forms()).value(parse(declared(text, "gather_cell", "twist")), heights)
+    before = twist.error[0] - twist.size[0]
+    return np.array([before / 4, before / 4 + 2])
+
+
+CREST = 16  # roundings of crest_m(), in units of 2^-24 of a cell's largest error
+
+
 def rounding_suffices(text):
-    """Whether errors at posts are raised by more than they are off: of the node's largest height, and of the error."""
+    """Whether errors are raised by more than they are off: in units of the node's largest height, and of the error.
+
+    The weights of cut edges have a quotient, and are multiplied and added: 2 roundings, as the move of an edge is not
+    larger than the error. In nodes at the rim, bend_m() has two quotients, a sum and a product; two sums follow.
+    """
     allowed = [float(macros(text)[name]) for name in ("ROUNDING", "ROUNDING_AT_RIM")]
     square = [*quad_roundings(text, 0), *wedge_roundings(text, 0, 1.0)]
     rim = [*quad_roundings(text, RECIPROCAL)]
     rim += [found for after in RIMS for found in wedge_roundings(text, RECIPROCAL, after)]
-    of_height, of_error = zip(*(np.max(found, 0) for found in (square, rim)), strict=True)
-    assert max(of_error) + 2 < 32, "raised() adds 2^-19, and rounds twice"
-    return all(most * (1 + 2.0**-10) + 1 <= least for most, least in zip(of_height, allowed, strict=True))
+    square, rim = np.max(square, 0) + [0, 2], np.max(rim, 0) + [0, 2 + RECIPROCAL + 2]
+    square += twist_roundings(text) + [0, CREST]
+    rim += twist_roundings(text) + np.max([*kink_roundings(text, RECIPROCAL)], 0) + [0, RECIPROCAL + 2 + 2]
+    cut = [np.max([*cut_roundings(text, reciprocal)], 0) for reciprocal in (0, RECIPROCAL)]
+    found = [*zip((square, rim), allowed, strict=True), *zip(cut, allowed, strict=True)]
+    return all(
+        height * (1 + 2.0**-10) + 1 <= most and error + 2 < 32  # raising adds 2^-19 of the error, and rounds twice
+        for (height, error), most in found
+    )
 
 
-def test_errors_at_posts_are_raised_by_more_than_rounding():
+def test_errors_are_raised_by_more_than_rounding():
     """With reciprocals as far off as the self-test lets pass, but for powers of two, which it wants exact."""
     assert RECIPROCAL * UNIT == QUOTIENT
     text = source("error/worst.glsl")
     assert "e * (1.0 + exp2(-19.0)) + n.rounding_m" in text
+    assert "most * (1.0 + exp2(-19.0)) + n.rounding_m" in text
     assert "* roundings * exp2(-24.0)" in text
     assert rounding_suffices(text)
-    assert not rounding_suffices(text.replace("ROUNDING 16.0", "ROUNDING 12.0"))
-    assert not rounding_suffices(text.replace("ROUNDING_AT_RIM 256.0", "ROUNDING_AT_RIM 64.0"))
-    assert not rounding_suffices(text.replace("h10 - h00, h11 - h10", "h10 + h11 - h00 - h11, h11 - h10"))
+    for right, wrong in {
+        "ROUNDING 16.0": "ROUNDING 12.0",
+        "ROUNDING_AT_RIM 256.0": "ROUNDING_AT_RIM 64.0",
+        "h10 - h00, h11 - h10": "h10 + h11 - h00 - h11, h11 - h10",
+        "(a.height_m - c.height_m) - (d": "(a.height_m + b.height_m) - (c.height_m + b.height_m) - (d",
+        "- n.base_m - from - rise * float(i)": "- n.base_m - (from * 32.0 + rise * float(i) - from * 31.0)",
+    }.items():
+        assert right in text
+        assert not rounding_suffices(text.replace(right, wrong))
+
+
+class Exact(Floats):
+    """Fractions."""
+
+    def number(self, text):
+        return Fraction(text)
+
+    def call(self, name, arguments):
+        return {"abs": abs, "max": max, "mix": lambda a, b, c: b if c else a, "greaterThan": operator.gt}[name](
+            *arguments
+        )
+
+
+def crest_is_the_top(text):
+    """crest_m() is the largest value of a (1 - s) + b s + t s (1 - s), without rounding."""
+    ends = [Fraction(n, 3) for n in (-4, -1, 0, 2, 3)]
+    evaluator = Evaluator(text, Exact())
+    for a, b, t in itertools.product(ends, ends, [Fraction(n, 5) for n in range(-20, 41, 4)]):
+        s = Fraction(1, 2) + (b - a) / (2 * t) if t > 0 else Fraction(0)
+        top = a * (1 - s) + b * s + t * s * (1 - s) if 0 <= s <= 1 else a
+        if evaluator.call("crest_m", a, b, t) != max(a, b, top):
+            return False
+    return True
+
+
+def crest_is_proved(text, units):
+    """The top of a parabola is off by so many units of the largest error, which is between 1/2 and 1.
+
+    Both ends and the top are at most that. The top lies between the ends only if t > |a - b|, so the last summand,
+    |a - b|^2 / 4t, is at most |a - b| / 4. If |a - b| or t is below 2^-40, that is nothing. If rounding decides the
+    comparison wrongly, the top is above the larger end by (t - |a - b|)^2 / 4t, which is nothing, too.
+    """
+    numbers, differences = Gappa(quotient=QUOTIENT), []
+    a, b, t = numbers.float_(-1, 1), numbers.float_(-1, 1), numbers.float_(2.0**-40, 8)
+    known = {"abs": lambda a: a, "max": lambda t, _: t, "mix": lambda ends, top, is_inside: top}  # a >= b: symmetric
+    known["greaterThan"] = lambda t, d: differences.append(d)
+    found = Evaluator(text, numbers, **known).call("crest_m", a, b, t)
+    d = differences[0].exact
+    facts = f"{d} in [{constant(2.0**-40)},2]", f"({d} * {d}) / (4 * {t.exact}) in [0,0.5]", f"{found.exact} in [-1,1]"
+    return numbers.proves(within(found, units * UNIT / 2), *facts)
+
+
+def test_the_crest_of_a_cell_is_the_top_of_its_parabola():
+    text = source("error/worst.glsl")
+    assert crest_is_the_top(text)
+    for right, wrong in {
+        "0.25 * t": "0.24 * t",
+        "(4.0 * max(t": "(4.5 * max(t",
+        "0.5 * (a + b)": "0.5 * max(a, b)",
+    }.items():
+        assert right in text
+        assert not crest_is_the_top(text.replace(right, wrong))
+
+
+@needs_gappa
+def test_the_crest_of_a_cell_is_as_close_as_errors_are_raised_for():
+    """Its roundings, and those of its ends and its twist, are below what raised() adds: see `rounding_suffices`."""
+    text = source("error/worst.glsl")
+    assert crest_is_proved(text, CREST)
+    worse = text.replace("0.5 * (a + b) + 0.25 * t", "(0.5 * (a + b) + 64.0 * t) - 63.75 * t")
+    assert worse != text and not crest_is_proved(worse, CREST)
 
 
 # --- The error table: never rounded down. guarantee.md, section 1 -----------------------------------------------------
@@ -259,21 +390,10 @@ def declared(text, function, name):
 
 def pair_is_proved(text, quotient):
     """What unpack_pair() gives is at least the error, if half_up() rounds up."""
-    numbers = Gappa()
+    numbers = Gappa(quotient=quotient)
     error = numbers.float_(1, 2)  # with any span: scaled by a power of two
     unit = numbers.float_(2.0**-20, 2.0**-19)
     evaluator = Evaluator(text, numbers, error_unit_m=lambda: unit)
-    divide = numbers.binary
-
-    def binary(name, a, b):
-        if name != "/":
-            return divide(name, a, b)
-        exact = numbers.define(f"{a.exact} / {b.exact}")
-        held = numbers.define(f"rnd(quotient{exact})")
-        numbers.given.append(f"{held} -/ {exact} in [{constant(-quotient)},{constant(quotient)}]")
-        return Number(held, exact)
-
-    numbers.binary = binary
     held = evaluator.value(parse(declared(text, "pack_pair", "e")), {"e_m": error})
     returned = body(text, "unpack_pair")[1][0].removeprefix("return ")
     evaluator.known["unpackHalf2x16"] = lambda pair: Number(numbers.rounded(held), held.exact)

@@ -47,7 +47,8 @@ Node node_at(int level, ivec2 at) {
         for (int x = 0; x < 3; x++) {
             ivec2 post = ivec2(x == 0 ? n.low.x : x == 1 ? n.mid.x : n.high.x,
                                y == 0 ? n.low.y : y == 1 ? n.mid.y : n.high.y);
-            n.h[y][x] = height_m(post) - n.base_m;
+            precise float above_base_m = height_m(post) - n.base_m;
+            n.h[y][x] = above_base_m;
         }
     n.before = vec2(before);
     n.after = vec2(side - before);
@@ -60,6 +61,8 @@ Node node_at(int level, ivec2 at) {
     return n;
 }
 
+// The bound of rounding errors is for the order of operations below, so they are `precise`.
+
 // The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do
 // not diverge.
 
@@ -67,24 +70,26 @@ Node node_at(int level, ivec2 at) {
 vec2 quad_errors_m(Node n, vec2 place, float h) {
     vec2 t = place * n.per_side;
     float h00 = n.h[0][0], h10 = n.h[0][2], h01 = n.h[2][0], h11 = n.h[2][2];
-    vec2 falling = t.x >= t.y ? vec2(h10 - h00, h11 - h10) : vec2(h11 - h01, h01 - h00);
+    precise vec2 falling = t.x >= t.y ? vec2(h10 - h00, h11 - h10) : vec2(h11 - h01, h01 - h00);
     bool is_north = t.x + t.y <= 1.0;  // of the rising diagonal
-    vec2 rising = is_north ? vec2(h10 - h00, h01 - h00) : vec2(h01 - h11, h10 - h11), u = is_north ? t : 1.0 - t;
-    float by_falling = h00 + (falling.x * t.x + falling.y * t.y);
-    float by_rising = (is_north ? h00 : h11) + rising.x * u.x + rising.y * u.y;
-    return vec2(by_falling, by_rising) - h;
+    precise vec2 rising = is_north ? vec2(h10 - h00, h01 - h00) : vec2(h01 - h11, h10 - h11);
+    vec2 u = is_north ? t : 1.0 - t;
+    precise float by_falling = h00 + (falling.x * t.x + falling.y * t.y) - h;
+    precise float by_rising = (is_north ? h00 : h11) + rising.x * u.x + rising.y * u.y - h;
+    return vec2(by_falling, by_rising);
 }
 
 // Drawn minus true height in the wedge between the centre and one edge, with the edge whole and with it split. w is
 // the centre's weight. a, m and b are the heights at one end, the middle and the other end of the edge; d is the
 // distance of the post from the middle, in posts along the edge.
 vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
-    float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w, above = w * n.h[1][1] - h;
+    float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w;
+    precise float above = w * n.h[1][1] - h;
     float u = v * n.before[axis] + d;
-    float whole = above + v * a + (b - a) * u * n.per_side[axis];
+    precise float whole = above + v * a + (b - a) * u * n.per_side[axis];
     bool is_first = d <= 0.0;  // half of the edge
-    float from = v * (is_first ? a : m), rise = is_first ? m - a : b - m;
-    float halves = above + (from + rise * (is_first ? u : d) * (is_first ? n.per_before : n.per_after)[axis]);
+    precise float from = v * (is_first ? a : m), rise = is_first ? m - a : b - m;
+    precise float halves = above + (from + rise * (is_first ? u : d) * (is_first ? n.per_before : n.per_after)[axis]);
     return vec2(whole, halves);
 }
 
@@ -117,12 +122,12 @@ Move cut_edge_m(Node n, int side) {
     ivec2 post = n.low;
     ivec2 end = n.high;
     post[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
-    float from = height_m(post) - n.base_m;
-    float rise = (height_m(end) - n.base_m - from) * n.per_side[axis];
+    precise float from = height_m(post) - n.base_m;
+    precise float rise = (height_m(end) - n.base_m - from) * n.per_side[axis];
     vec2 most = vec2(0.0);
     for (int i = 1; i < posts; i++) {
         post[axis]++;
-        float off = height_m(post) - n.base_m - from - rise * float(i);
+        precise float off = height_m(post) - n.base_m - from - rise * float(i);
         most = max(most, vec2(off, -off));
     }
     most = most * (1.0 + exp2(-19.0)) + n.rounding_m;
@@ -154,7 +159,7 @@ vec2 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals) {
 // The largest value of a (1 - s) + b s + t s (1 - s), 0 <= s <= 1: errors a and b at both ends of a diagonal, over a
 // truth with the twist t.
 vec4 crest_m(vec4 a, vec4 b, vec4 t) {
-    vec4 d = abs(a - b), inside = 0.5 * (a + b) + 0.25 * t + d * d / (4.0 * max(t, 1e-30));
+    precise vec4 d = abs(a - b), inside = 0.5 * (a + b) + 0.25 * t + d * d / (4.0 * max(t, 1e-30));
     return mix(max(a, b), inside, greaterThan(t, d));
 }
 

@@ -32,7 +32,7 @@ struct PostErrors {
 PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
     PostErrors e;
     e.height_m = height_m(n.low + place);
-    float h = e.height_m - n.base_m;
+    precise float h = e.height_m - n.base_m;
     int wedge;
     vec2 quad = quad_errors_m(n, vec2(place), h);
     vec2 fan = fan_errors_m(n, vec2(place), h, wedge);
@@ -117,8 +117,8 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
     }
     most.wedges = a.wedges | b.wedges | c.wedges | d.wedges;
     gather(w, n, most);
-    vec3 mean = abs(twist) * 0.10541 + kink_m.xyx;
-    w.squares += mean * (2.0 * largest(worst.drawn, worst.cut) + mean);
+    vec3 mean = abs(twist) * 0.10541 + kink_m.xyx + n.rounding_m;
+    w.squares += mean * (2.0 * most_m(n, worst) + mean);
 }
 
 // The cells from place `low` up to place `end` that an edge of the mesh may cross: those on the diagonals of a square
