@@ -7,7 +7,7 @@ from maps import Scene
 
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.gpu import layout, shaders
-from terrain_gl.mesh import MeshDraw, MeshDraws
+from terrain_gl.mesh import MeshDraws
 from terrain_gl.reference import bilinear_heights
 
 PLACES = 4  # along a cell's side
@@ -27,6 +27,7 @@ def change_shaders(monkeypatch, old, new):
 
 VERTEX = np.dtype([("post", "2f4"), ("height_m", "f4")])
 _draws = MeshDraws("CAPTURE", varyings=("v_vertex",))  # as `captured_triangles`, but compiled once a scene
+_pictures = MeshDraws("PICTURE", varyings=("v_post", "v_of_patch"))
 
 
 def triangles_of(selection):
@@ -75,9 +76,7 @@ CORNER = np.dtype([("post", "2f4"), ("low", "2u2"), ("high", "2u2"), ("step_log2
 
 def corners_with_patches(scene, selection):
     """Triangles with the patch that each belongs to: (n, 3) records `CORNER`."""
-    draw = MeshDraw(scene.levels, "PICTURE", varyings=("v_post", "v_of_patch"))
-    corners = np.frombuffer(draw.capture(selection, CORNER.itemsize), CORNER).reshape(-1, 3)
-    draw.release()
+    corners = np.frombuffer(_pictures.of(scene.levels).capture(selection, CORNER.itemsize), CORNER).reshape(-1, 3)
     return corners[doubled_areas(in_units(corners["post"])) != 0]
 
 

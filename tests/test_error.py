@@ -16,7 +16,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.sat import Table
 from terrain_gl.terrain import Terrain
 
-SHAPES = [(2, 2), (2, 7), (7, 2), (12, 19), (100, 300), (49, 2), (3, 1000), (65, 65)]
+SHAPES = [(2, 2), (2, 7), (7, 2), (12, 19), (49, 2), (65, 65)]  # MAPS has long and larger ones
 HALF = 1 + 2.0**-10 + 2.0**-18  # a half's last place, rounded up, and the rounding of the bound's own arithmetic
 WIDER = 1 + 2.0**-17  # class limits, twice rounded
 MEAN_HALF = HALF + 2.0**-13  # sums of squares in float32
@@ -169,12 +169,16 @@ def test_nodes_are_the_reference_rounded_up(ctx, shape, voids):
     heights = rough(*shape, seed=3)
     if voids:
         heights = with_voids(heights, 0.15 if min(shape) < 4 else 0.03)
-    check_tables(*built(ctx, Heightmap(heights, 10.0)))
+    terrain, tables = built(ctx, Heightmap(heights, 10.0))
+    check_tables(terrain, tables)
+    check_gains(terrain, tables)
 
 
 @pytest.mark.parametrize("name", MAPS)
 def test_nodes_of_hard_maps_are_the_reference_rounded_up(ctx, name):
-    check_tables(*built(ctx, MAPS[name]()))
+    terrain, tables = built(ctx, MAPS[name]())
+    check_tables(terrain, tables)
+    check_gains(terrain, tables)
 
 
 def check_gains(terrain, tables):
@@ -190,16 +194,6 @@ def check_gains(terrain, tables):
         assert (gains >= 0).all()
 
 
-@pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_gains_are_the_reference(ctx, shape):
-    check_gains(*built(ctx, Heightmap(with_voids(rough(*shape, seed=5), 0.02), 10.0)))
-
-
-@pytest.mark.parametrize("name", MAPS)
-def test_gains_of_hard_maps_are_the_reference(ctx, name):
-    check_gains(*built(ctx, MAPS[name]()))
-
-
 def test_gain_of_a_split_by_hand():
     """A spike at the middle: as quads the node errs by 8 m there; a fan errs as its parts do, between the posts."""
     heights = np.zeros((3, 3))
@@ -210,7 +204,7 @@ def test_gain_of_a_split_by_hand():
     assert reference.split_gains(heights)[0].item() == pytest.approx(left / (8 - 4))
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(st.integers(2, 90), st.integers(2, 90), st.floats(-6, 6), st.floats(-4, 4), st.booleans(), st.integers(0, 999))
 def test_nodes_of_any_map_are_the_reference_rounded_up(ctx, rows, cols, log_relief, offset, voids, seed):
     relief = min(10.0**log_relief, 4e6)
@@ -412,7 +406,7 @@ def edited(heights, rect, seed, kind):
     if kind == "heights":
         part += rng.normal(size=part.shape)
     elif kind == "voids":
-        part[rng.random(part.shape) < 0.3] = np.nan
+        part[(rng.random(part.shape) < 0.3) | (part.size == 1)] = np.nan
     elif kind == "fill":
         part[np.isnan(part)] = 10.0
     elif kind == "span":
@@ -427,22 +421,25 @@ def anew(terrain, heights):
     return heightmap
 
 
-EDITS = [
+POSTS = [
     np.s_[0:1, 0:1],
     np.s_[-1:, -1:],
     np.s_[40:41, 64:65],
     np.s_[96:97, 96:97],  # one beyond a block of 32 posts that has a cell on the node's falling diagonal there
     np.s_[96:97, 32:33],  # and on the rising one: glsl/error/gather.comp
-    np.s_[10:60, 20:30],
-    np.s_[:, 100:101],
-    np.s_[-5:, :],
-    np.s_[30:80, -40:],
-    np.s_[:, :],
 ]
+AREAS = [np.s_[10:60, 20:30], np.s_[:, 100:101], np.s_[-5:, :], np.s_[30:80, -40:], np.s_[:, :]]
+# a wider span changes all tables, wherever it comes from; the third post is a void
+EDITS = {
+    "heights": POSTS + AREAS,
+    "voids": POSTS[3:] + AREAS,
+    "fill": [POSTS[2], AREAS[0], AREAS[4]],
+    "span": [POSTS[1], AREAS[1]],
+}
+EDITS["nothing"] = [AREAS[4]]
 
 
-@pytest.mark.parametrize("kind", ["heights", "voids", "fill", "span", "nothing"])
-@pytest.mark.parametrize("rect", EDITS, ids=str)
+@pytest.mark.parametrize("kind, rect", [(kind, rect) for kind in EDITS for rect in EDITS[kind]], ids=str)
 def test_edit_equals_a_rebuild(ctx, rect, kind):
     before = holes(150)
     after = edited(before, rect, 1, kind)
@@ -494,7 +491,7 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
     assert max(w * h for w, h in nodes.values()) <= 4
 
 
-@pytest.mark.parametrize("shape", [(1025, 1025), (1000, 1500), (513, 700)], ids=str)
+@pytest.mark.parametrize("shape", [(1025, 1025), (513, 700)], ids=str)
 def test_tables_take_at_most_25_bytes_a_post(ctx, shape):
     """A third of a node a post, 40 bytes each; 72 bytes a tile of 16 cells, or of 4 nodes; 0.7 for blocks and edges."""
     terrain, tables = built(ctx, Heightmap(rough(*shape)))

@@ -10,21 +10,22 @@ from terrain_gl.camera import Camera, clip_from_eye
 from terrain_gl.gpu.gl import clip_control_zero_to_one, use_default_framebuffer
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.mesh import MeshDraw, vertex_heights
+from terrain_gl.mesh import MeshDraws, vertex_heights
 from terrain_gl.verify.holes import count_holes
 
 DRAWN = np.dtype([("post", "2f4"), ("clip", "4f4")])
+VARYINGS = ("v_post", "gl_Position")
+ROUNDED = MeshDraws("PICTURE", varyings=VARYINGS)  # compiled once a scene
+AS_COMPUTED = MeshDraws("PICTURE", {"AS_COMPUTED": 1}, varyings=VARYINGS)
 
 
-def drawn_vertices(scene, camera, tolerance_px=2.0, metric="max", **defines):
+def drawn_vertices(scene, camera, tolerance_px=2.0, metric="max", draws=ROUNDED):
     """Posts, (n, 2), and clip coordinates, (n, 4), as the picture's own shaders compute them.
 
-    With AS_COMPUTED=1, they are not rounded to 1/256 of a pixel.
+    With AS_COMPUTED, they are not rounded to 1/256 of a pixel.
     """
     selection = scene.select(camera, tolerance_px, metric)
-    draw = MeshDraw(selection.surface, "PICTURE", varyings=("v_post", "gl_Position"), defines=defines)
-    data = np.frombuffer(draw.capture(selection, DRAWN.itemsize), DRAWN)
-    draw.release()
+    data = np.frombuffer(draws.of(selection.surface).capture(selection, DRAWN.itemsize), DRAWN)
     return data["post"].astype(float), data["clip"]
 
 
@@ -42,7 +43,7 @@ def pixels(clip, size):
 
 def shares(scene, camera, size=SIZE):
     """How much of the bound each vertex in the picture uses, and how many pixels."""
-    posts, clip = drawn_vertices(scene, camera, AS_COMPUTED=1)
+    posts, clip = drawn_vertices(scene, camera, draws=AS_COMPUTED)
     whole = (posts == np.floor(posts)).all(1)  # heights at the middles of cells are rounded as well
     posts, clip = posts[whole], clip[whole]
     points = places(scene.heightmap, scene.terrain.filled, posts)
@@ -150,7 +151,9 @@ def test_vertices_are_rounded_as_the_rasteriser_rounds_them(ctx):
     """They are on its grid, and half a step of it away along each axis at most."""
     heightmap = MAPS["odd"]()
     scene, camera = Scene.of(ctx, heightmap, SIZE, "sat"), cameras(heightmap)["default"]
-    exact, rounded = (pixels(drawn_vertices(scene, camera, **how)[1], SIZE) * 256 for how in ({"AS_COMPUTED": 1}, {}))
+    exact, rounded = (
+        pixels(drawn_vertices(scene, camera, draws=draws)[1], SIZE) * 256 for draws in (AS_COMPUTED, ROUNDED)
+    )
     seen = (np.abs(exact) <= 128 * np.array(SIZE)).all(1)
     assert np.abs(rounded - np.round(rounded))[seen].max() < 0.05
     assert 0.4 < np.abs(rounded - exact)[seen].max() <= 0.55
@@ -163,10 +166,10 @@ def test_between_slivers_no_depth_is_lost(ctx, is_rounded):
 
     The rasteriser rounds corners to 1/256 of a pixel, and some compute depth from the corners before rounding.
     """
-    size, defines = (1280, 720), {} if is_rounded else {"AS_COMPUTED": 1}
+    size, draws = (1280, 720), ROUNDED if is_rounded else AS_COMPUTED
     heightmap = MAPS["checkerboard"]()
     scene, camera = Scene.of(ctx, heightmap, size, "sat"), cameras(heightmap, size)["wide"]
-    clip = drawn_vertices(scene, camera, 1.0, "rms", **defines)[1]
+    clip = drawn_vertices(scene, camera, 1.0, "rms", draws)[1]
 
     without, tested = covered(ctx, clip, size)
     assert 0.3 < without.mean() < 0.9

@@ -306,6 +306,7 @@ def test_errors_are_raised_by_more_than_rounding():
     assert "e * (1.0 + exp2(-19.0)) + n.rounding_m" in text
     assert "most * (1.0 + exp2(-19.0)) + n.rounding_m" in text
     assert "* roundings * exp2(-24.0)" in text
+    assert "2.0 * most_m(n, worst) + mean" in text and "+ kink_m.xyx + n.rounding_m" in text  # means of crossed cells
     assert rounding_suffices(text)
     for right, wrong in {
         "ROUNDING 16.0": "ROUNDING 12.0",

@@ -19,7 +19,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 
 FINEST = -5  # log2 of the least spacing, one more beyond ring 0: glsl/lod/rings/leaf.glsl
-SIZES = [(2, 2), (2, 3), (3, 2), (5, 9), (2, 49), (49, 2), (33, 33), (34, 51)]
+SIZES = [(2, 2), (2, 3), (5, 9), (2, 49), (49, 2), (33, 33), (34, 51)]
 LAND = {
     "rough": lambda: Heightmap(rough(41, 58, 3), 10.0),
     "flat": lambda: Heightmap(0.1 * rough(64, 37, 8), (7.0, 19.0)),
@@ -29,6 +29,7 @@ LAND = {
 }
 VIEWS = ["default", "grazing", "down", "wide", "pit", "outside", "far", "corner"]
 TOLERANCES = [0.1, 0.3, 1.0, 8.0]
+TWO = {view: TOLERANCES[i % 2 :: 2] for i, view in enumerate(VIEWS)}  # each has two of them
 
 
 @pytest.fixture(scope="module", params=LAND)
@@ -64,14 +65,14 @@ def check_certificate(scene, camera, tolerance, metric):
 
 @pytest.mark.parametrize("view", VIEWS)
 def test_hard_land_is_covered_once(ctx, scene, view):
-    for tolerance in TOLERANCES:
+    for tolerance in TWO[view]:
         check_mesh(scene, cameras(scene.heightmap, scene.size)[view], tolerance_px=tolerance)
 
 
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("metric", ["max", "rms"])
 def test_hard_land_keeps_its_certificate(ctx, scene, view, metric):
-    for tolerance in TOLERANCES:
+    for tolerance in TWO[view]:
         check_certificate(scene, cameras(scene.heightmap, scene.size)[view], tolerance, metric)
 
 
@@ -98,7 +99,7 @@ def random_camera(rng, heightmap):
     return Camera(tuple(eye), tuple(target + 1e-3 * reach), float(rng.uniform(5, 140)))
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(st.integers(2, 60), st.integers(2, 60), st.integers(0, 10**6))
 def test_any_map_from_anywhere(ctx, rows, cols, seed):
     rng = np.random.default_rng(seed)
