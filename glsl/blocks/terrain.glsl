@@ -45,8 +45,8 @@ uint marks_at(ivec2 post);
 #endif
 
 // What rounding adds to the error of a mesh with vertices between posts, if H is the largest height above the base.
-// A vertex's height is an interpolation of two interpolations, and each rounds twice: 4 · 2^-24 H. The twist of its cell
-// is off by 4 · 2^-24 H, too; that counts for a 16th at most, as the cell is cut in 2 × 2 parts or more.
+// A vertex's height is interpolated between two interpolated heights, and each rounds twice: 4 · 2^-24 H.
+// The twist of its cell is off by 4 · 2^-24 H, too. A 16th of that counts, as the cell is cut in 2 × 2 parts or more.
 float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) * (exp2(-22.0) + exp2(-26.0)); }
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
