@@ -44,9 +44,8 @@ uint marks_at(ivec2 post) { return texelFetch(u_marks, post, 0).x; }
 uint marks_at(ivec2 post);
 #endif
 
-// What rounding adds to the error of a mesh with vertices between posts, if H is the largest height above the base.
-// A vertex's height is interpolated between two interpolated heights, and each rounds twice: 4 · 2^-24 H.
-// The twist of its cell is off by 4 · 2^-24 H, too. A 16th of that counts, as the cell is cut in 2 × 2 parts or more.
+// What rounding adds to the error of a mesh with vertices between posts. Their heights are interpolated between two
+// interpolated heights, and each rounds twice. A 16th of that is for the cell's twist: docs/guarantee.md, section 7.
 float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) * (exp2(-22.0) + exp2(-26.0)); }
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
