@@ -72,6 +72,51 @@ def test_values_are_placed_and_gaps_are_not_covered(placed):
     assert holds_values("change.tif") and not holds_values("missing.tif")
 
 
+def test_voids_of_values_are_those_of_maps(placed):
+    """A value that the file does not declare, a mask, an alpha band; and the scale of the band."""
+    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
+    expected = read_values("change.tif", placed.georeference)
+    with rasterio.open("change.tif") as data:
+        how = data.profile | {"nodata": None}
+        change = data.read(1)
+    void = ~np.isfinite(change) | (change == -9999)
+    opaque = np.where(void, 0, 255).astype("u1")
+
+    def written(name, values, mask=None, scale=1.0, **more):
+        values = np.atleast_3d(values.T).T
+        with rasterio.open(name, "w", **how | {"count": len(values), "dtype": values.dtype.name} | more) as out:
+            out.write(values)
+            out.scales = (scale,) * len(values)
+            if mask is not None:
+                out.write_mask(mask)
+        return name
+
+    for name in (
+        written("undeclared.tif", np.where(void, -9999, change)),
+        written("placeless.tif", np.where(void, 1e20, change).astype("f4"), transform=None, crs=None),
+        written("masked.tif", np.where(void, 77, change), opaque),
+        written("alpha.tif", np.stack([np.where(void, 77, change), opaque.astype("f4")]), ALPHA="YES"),
+        written("scaled.tif", np.where(void, -32768, change * 10).astype("i2"), scale=0.1),
+    ):
+        found = read_values(name, placed.georeference)
+        np.testing.assert_array_equal(found.covered, expected.covered, name)
+        np.testing.assert_allclose(found.values, expected.values, atol=1e-5, err_msg=name)
+        assert holds_values(name)
+    np.save("undeclared.npy", np.where(void, -9999, change))
+    np.testing.assert_array_equal(read_values("undeclared.npy").values, expected.values)
+
+
+def test_colours_beyond_light_are_clipped_with_a_line(placed, run):
+    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
+    with rasterio.open("change.tif") as data:
+        how = data.profile | {"count": 3, "nodata": None}
+    for name, most in (("light.tif", 1.0), ("bright.tif", 9.0)):
+        with rasterio.open(name, "w", **how) as out:
+            out.write(np.linspace(0, most, 3 * 41 * 41).reshape(3, 41, 41).astype("f4"))
+    assert run(*SHOT, "a.png", "--material", "light.tif")[2] == ""
+    assert "bright.tif: floats are linear light" in run(*SHOT, "a.png", "--overlay", "bright.tif")[2]
+
+
 def test_a_file_without_values_is_refused(placed):
     rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
     with rasterio.open("change.tif") as data:

@@ -9,7 +9,7 @@ from typing import Any
 from ..basics.exceptions import TerrainError, UsageError
 from ..files.furniture import Stamp, name_stamps
 from ..heightmap import Heightmap
-from ..light.laid import holds_values, is_albedo
+from ..light.laid import holds_values, is_albedo, is_clipped
 from ..renderer.draped import is_on_map
 from ..renderer.names import Label
 from ..renderer.overlay import LABEL, Overlay, read_overlay
@@ -46,6 +46,8 @@ def lay_pictures(args: argparse.Namespace) -> None:
     elif args.material and holds_values(args.material) and not is_albedo(args.material):
         report.note(f"{report.shown(args.material)}: holds values, not colours: they are shown as by --drape")
         args.drape, args.material = args.material, None
+    if args.material and not holds_values(args.material) and is_clipped(args.material):
+        report.note(f"{report.shown(args.material)}: floats are linear light, so values below 0 or above 1 are clipped")
 
 
 def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:

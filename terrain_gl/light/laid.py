@@ -3,21 +3,25 @@
 import math
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
+from ..readers import open_raster
 from ..readers.gdal import closed_environment, open_local
 from ..readers.georeference import Georeference, Grid
-from ..readers.images import open_oiio
 from ..readers.place import Place
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
+from ..readers.undeclared import undeclared_voids, without
+from ..readers.values import read_heights
 from .albedo import MOST_SIDE, added_to, linear_albedo, mean_of, read_albedo
 from .ramps import Ramp, Range, ramp_for
 
+_SAMPLES = 1024  # pixels a side where marks of voids are looked for
 _SAME_PLANE = "EPSG:3857"  # taken for both systems if neither is known; any other would give the same result
 
 
@@ -76,7 +80,9 @@ class Draped(NamedTuple):
 
 
 def read_values(path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE) -> Draped:
-    """Values of a raster of one band, placed as `read_ground` places pictures; NaN and no-data values are left out.
+    """Values of a raster of one band, placed as `read_ground` places pictures; voids are left out.
+
+    Voids are found as in maps: by NaN, the no-data value, a mask or an alpha band, and values that many programs write.
 
     Raises
     ------
@@ -89,9 +95,10 @@ def read_values(path: str, onto: Georeference | None = None, most_side: int = MO
     if onto is not None and has_rasterio():
         with _placed(path, name) as raster:
             if raster is not None:
-                if raster.count != 1:
+                if _bands(raster) != 1:
                     raise TerrainError(f"{name}: has {raster.count} bands, but values need one: use --material")
-                sums = _resampled(raster, name, onto, most_side, 1, _weighted)
+                scaled = partial(_weighted, scale=raster.scales[0], offset=raster.offsets[0])
+                sums = _resampled(raster, name, onto, most_side, 1, scaled, _undeclared(raster))
     if sums is None:
         sums = _whole(path, name, most_side)
     covered = sums[..., 1]
@@ -100,24 +107,39 @@ def read_values(path: str, onto: Georeference | None = None, most_side: int = MO
     return Draped(sums[..., 0] / np.maximum(covered, 1e-6), covered)
 
 
-def _weighted(pixels: np.ndarray, covered: np.ndarray) -> np.ndarray:
+def _bands(raster: Any) -> int:
+    """Number of bands of a rasterio dataset without opacity."""
+    import rasterio
+
+    return int(raster.count - raster.colorinterp.count(rasterio.enums.ColorInterp.alpha))
+
+
+def _undeclared(raster: Any) -> dict[str, float]:
+    """A value that marks voids although the raster does not say so, as arguments of WarpedVRT."""
+    size = tuple(min(side, _SAMPLES) for side in raster.shape)
+    marks, _ = undeclared_voids(raster.read(1, out_shape=size, masked=True).astype("f4").filled(np.nan), (1.0, 0.0))
+    return {"src_nodata": marks[0], "nodata": marks[0]} if marks else {}
+
+
+def _weighted(pixels: np.ndarray, covered: np.ndarray, scale: float = 1.0, offset: float = 0.0) -> np.ndarray:
     """(rows, cols, 2) float32 values times their coverage, and the coverage."""
-    values = pixels[..., :1].astype("f4")
+    values = (pixels[..., :1] * np.float64(scale) + offset).astype("f4")
     covered = covered * np.isfinite(values)
     return np.concatenate([np.where(covered > 0, values, 0) * covered, covered], -1)
 
 
 def _whole(path: str, name: str, most_side: int) -> np.ndarray:
     """Sums of values of a raster that covers the map from edge to edge."""
-    raster = open_oiio(path, name)
-    rows, cols, _ = raster.shape
+    raster = open_raster(path)
     if raster.colours != 1:
+        raster.blocks.close()
         raise TerrainError(f"{name}: has {raster.colours} channels, but values need one: use --material")
+    values = read_heights(raster, (raster.scale, raster.offset_m))
+    values = without(values, undeclared_voids(values, (1.0, 0.0))[0])[..., None]
+    rows, cols, _ = values.shape
     n = -(-max(rows, cols) // most_side)
     sums = np.zeros((-(-rows // n), -(-cols // n), 2), "f4")
-    for where, pixels in raster.blocks:
-        there = np.ones_like(pixels[..., :1], "f4") if raster.nodata is None else pixels[..., :1] != raster.nodata
-        added_to(sums, where.start, n, _weighted(pixels, np.asarray(there, "f4")))
+    added_to(sums, 0, n, _weighted(values, np.ones_like(values)))
     return mean_of(sums, rows, cols, n, "f4")
 
 
@@ -129,9 +151,22 @@ def holds_values(path: str) -> bool:
         if has_rasterio():
             with _placed(path, name) as raster:
                 if raster is not None:
-                    return raster.count == 1 and np.dtype(raster.dtypes[0]).kind in "fi"
-        raster = open_oiio(path, name)
+                    return _bands(raster) == 1 and np.dtype(raster.dtypes[0]).kind in "fi"
+        raster = open_raster(path)
+        raster.blocks.close()
         return bool(raster.colours == 1 and np.dtype(raster.dtype).kind in "fi")
+    except TerrainError:  # the function that reads the file will report the error
+        return False
+
+
+def is_clipped(path: str) -> bool:
+    """Whether a picture of floats has values below 0 or above 1, which `read_ground` clips."""
+    try:
+        raster = open_raster(path)
+        with closing(raster.blocks):
+            return raster.dtype.kind == "f" and any(
+                float(np.nanmin(pixels)) < 0 or float(np.nanmax(pixels)) > 1 for _, pixels in raster.blocks
+            )
     except TerrainError:  # the function that reads the file will report the error
         return False
 
@@ -172,13 +207,21 @@ def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.nda
 
 
 def _resampled(
-    picture: Any, name: str, onto: Georeference, most_side: int, bands: int, weighted: Callable[..., np.ndarray]
+    picture: Any,
+    name: str,
+    onto: Georeference,
+    most_side: int,
+    bands: int,
+    weighted: Callable[..., np.ndarray],
+    voids: dict[str, float] | None = None,
 ) -> np.ndarray:
     """Means over texels of the results of `weighted`, a function of pixels and of their covered shares."""
     import rasterio
     from rasterio.vrt import WarpedVRT
 
-    has_mask = picture.nodata is not None or rasterio.enums.ColorInterp.alpha in picture.colorinterp
+    has_alpha = rasterio.enums.ColorInterp.alpha in picture.colorinterp
+    by_value = bool(voids) or (picture.nodata is not None and not has_alpha)
+    by_alpha = not by_value and not has_alpha  # GDAL makes an alpha band of a mask, and of the picture's outline
     try:
         with closed_environment(), np.errstate(under="ignore"):
             how = _target(picture, name, onto, most_side)
@@ -187,11 +230,13 @@ def _resampled(
             n = how.pop("n")
             sums: np.ndarray | None = None
             bilinear = rasterio.enums.Resampling.bilinear
-            with WarpedVRT(picture, resampling=bilinear, add_alpha=not has_mask, **how) as laid:
+            with WarpedVRT(picture, resampling=bilinear, add_alpha=by_alpha, **how, **(voids or {})) as laid:
                 step = rows_at_once(cols)
                 for first in range(0, rows, step):
                     window = (first, min(first + step, rows)), (0, cols)
-                    covered = laid.dataset_mask(window=window)[..., None].astype("f4") / 255
+                    # rasterio's mask ignores an alpha band that is made of a mask
+                    opacity = laid.dataset_mask(window=window) if by_value else laid.read(laid.count, window=window)
+                    covered = _share(opacity[..., None])
                     pixels = np.moveaxis(laid.read([*range(1, bands + 1)], window=window), 0, -1)
                     part = weighted(pixels, covered)
                     if sums is None:
@@ -201,6 +246,13 @@ def _resampled(
             return mean_of(sums, rows, cols, n, "f4")
     except gdal_failures() as error:
         raise TerrainError(f"{name}: cannot be resampled to the map ({one_line(error.__cause__ or error)})") from None
+
+
+def _share(opacity: np.ndarray) -> np.ndarray:
+    """Opacity from 0 to 1; floats have no common largest value, so they are opaque unless they are 0."""
+    if opacity.dtype.kind == "f":
+        return (opacity != 0).astype("f4")
+    return opacity.astype("f4") / np.float32(np.iinfo(opacity.dtype).max)
 
 
 def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict[str, Any]:

@@ -101,8 +101,9 @@ def track_of(text: str) -> dict[str, Any] | None:
     return None
 
 
-def _angle(fix: tuple[str, str, str], of_degree: float) -> float:
-    degrees, minutes, side = fix
+def _angle(parts: tuple[str, str, str], of_degree: float) -> float:
+    """Degrees, from degrees, minutes and a side of the Earth; a degree has `of_degree` of these minutes."""
+    degrees, minutes, side = parts
     return (int(degrees) + float(minutes) / of_degree) * (-1 if side in "SW" else 1)
 
 
