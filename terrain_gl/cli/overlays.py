@@ -23,7 +23,7 @@ def add(command: Any) -> None:
     """Declare `--overlay` and `--labels`."""
     what = "over the land: GeoJSON, GPX, KML, a picture or values"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
-    what = f"text of points: a property (default: {LABEL}), or none, also of contours"
+    what = f"property that names points (default: {LABEL}), or none"
     command.add_argument("--labels", metavar="PROPERTY", default=LABEL, help=what)
 
 
