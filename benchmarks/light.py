@@ -32,9 +32,10 @@ from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.gpu.context import create_context
 from terrain_gl.image import read_image, write_png
+from terrain_gl.light import horizon
 from terrain_gl.light.gaussians import SKY_AXES, SKY_SHARPNESS
 from terrain_gl.light.ground import towards_sun
-from terrain_gl.light.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
+from terrain_gl.light.horizon import SUN_RADIUS, SkyVisibility, SunVisibility, Visibility, lattice_direction
 from terrain_gl.light.lighting import Lighting
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.terrain import Terrain
@@ -52,6 +53,8 @@ SUN = (300.0, 30.0)
 FOOTPRINTS = {1000: 28, 30: 20, 1: 12}  # posts under a pixel, and places that the truth lights for it along a side
 LARGEST = 2049  # posts a side of the shaded part of a map
 PIECE = 65  # posts a side of a piece for ray marching
+EVERY = (1, 2, 3, 4)  # the sky is swept over every such post
+SQUARE = 12  # cells a side of squares whose means are compared, too
 LOBES_FROM = (1.2, 1.5, 2.0, 3.0, 4.5, 6.0, 1e6)  # posts across a footprint
 SIDES = (512, 1024, 2048, 4096)
 
@@ -93,7 +96,8 @@ class Kept:
 
 def visibility(kept: Kept) -> None:
     """Mean absolute errors of visible fractions, weighted by the cosine; the truth marches in quarters of a post."""
-    print("| map | slope, mean | sun at 12° | sun at 35° | sky | sky, by texels |\n|---|---|---|---|---|---|")
+    of_sky = "".join(f" sky, every {n} | in squares |" for n in EVERY)
+    print(f"| map | slope, mean | sun at 12° | sun at 35° |{of_sky}\n" + "|---" * (4 + 2 * len(EVERY)) + "|")
     for name, path, scales in kept.maps():
         heightmap = Heightmap.open(path, **scales)
         parts = {"the steepest piece": [steepest(heightmap)], "all over": pieces(heightmap)}
@@ -108,10 +112,10 @@ def visibility(kept: Kept) -> None:
 
 
 def visibility_of(heightmap):
-    """The mean slope; then errors: two of the sun, and two of the sky, by cell and by texel of the sky."""
+    """The mean slope; then errors: two of the sun; of the sky by cell and in squares, for each of `EVERY`."""
     h, spacing = heightmap.heights, heightmap.spacing_m
     terrain = Terrain(create_context(), heightmap)
-    sky, sun = SkyVisibility(terrain, SKY_AXES, SKY_SHARPNESS), SunVisibility(terrain)
+    sun = SunVisibility(terrain)
     errors = []
     for elevation in (12.0, 35.0):
         towards = towards_sun(SUN[0], elevation)
@@ -119,16 +123,20 @@ def visibility_of(heightmap):
         truth = reference.sunlit(h, towards, SUN_RADIUS, lattice_direction(towards, spacing), spacing)
         faces = (reference.normals_of(h, spacing) @ np.array(towards)).clip(0)
         errors.append(float(np.abs(sun.read()[0] - blocks(truth, 2)).sum() / blocks(faces, 2).sum()))
-    sky.build()
     lit = [reference.skylit(h, a, s, spacing) for a, s in zip(SKY_AXES, SKY_SHARPNESS, strict=True)]
     got, of_all = (np.array(each) for each in zip(*lit, strict=True))
-    texels = sky.read()
-    cells = texels.repeat(TEXEL, 1).repeat(TEXEL, 2)[:, : h.shape[0] - 1, : h.shape[1] - 1]
-    errors.append(float(np.abs((cells * of_all).sum(0) / of_all.sum(0) - got.sum(0) / of_all.sum(0)).mean()))
-    got, of_all = (np.array([blocks(cells, TEXEL) for cells in each]) for each in (got, of_all))
-    texels = texels[:, : got.shape[1], : got.shape[2]]
-    errors.append(float(np.abs((texels * of_all).sum(0) / of_all.sum(0) - got.sum(0) / of_all.sum(0)).mean()))
-    for resource in (sky, sun, terrain):
+    used = horizon.TEXEL
+    for horizon.TEXEL in EVERY:
+        sky = SkyVisibility(terrain, SKY_AXES, SKY_SHARPNESS)
+        sky.build()
+        texels = sky.read().repeat(horizon.TEXEL, 1).repeat(horizon.TEXEL, 2)
+        light = texels[:, : h.shape[0] - 1, : h.shape[1] - 1] * of_all
+        for side in (1, SQUARE):
+            seen, truth, most = (blocks(cells.sum(0), side) for cells in (light, got, of_all))
+            errors.append(float(np.abs(seen / most - truth / most).mean()))
+        sky.release()
+    horizon.TEXEL = used
+    for resource in (sun, terrain):
         resource.release()
     return [slope_of(h, spacing), *errors]
 
@@ -280,7 +288,7 @@ def lobes_of(picture, camera, look, truth):
 
 
 def horizons(kept: Kept) -> None:
-    """Seconds for the tables of the sky and of the sun."""
+    """Processor seconds for the tables of the sky and of the sun."""
     print("| posts | sky, s | sun, s | sky, ns a post |\n|---|---|---|---|")
     path = next(path for name, path, _ in kept.maps() if name == "alpine")
     heights = np.tile(Heightmap.open(path, spacing_m=20.0).heights[:2048, :2048], (2, 2))
@@ -291,17 +299,17 @@ def horizons(kept: Kept) -> None:
 
 
 def horizons_of(heights):
-    """Seconds to build the tables, without compiling shaders."""
+    """Processor seconds to build the tables, without compiling shaders."""
     ctx = create_context()
     terrain = Terrain(ctx, Heightmap(heights, 20.0))
     tables = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
     spent = []
     for build in (tables.sky.build, lambda: tables.sun.build(towards_sun(*SUN))):
         ctx.finish()
-        started = time.perf_counter()
+        started = time.process_time()
         build()
         ctx.finish()
-        spent.append(time.perf_counter() - started)
+        spent.append(time.process_time() - started)
     tables.release()
     terrain.release()
     return spent

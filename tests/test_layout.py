@@ -202,7 +202,8 @@ TWICE = [
     ("horizon/fold.comp", "BATCH", horizon.BATCH),
     ("horizon/fold.comp", "SINES", horizon.SINES),
     ("horizon/fold.comp", "COSINES", horizon.COSINES),
-    *((f"horizon/{name}", "TEXEL", horizon.TEXEL) for name in ("fold.comp", "visible.glsl")),
+    ("horizon/fold.comp", "TEXEL", layout.SKY_TEXEL),
+    ("horizon/visible.glsl", "TEXEL", horizon.TEXEL),
     *((f"horizon/{name}", "FULL", horizon.FULL) for name in ("fold.comp", "visible.glsl")),
     *(("blocks/view.glsl", f"METRIC_{name.upper()}", i) for i, name in enumerate((*lod.METRICS, lod.METRES))),
 ]

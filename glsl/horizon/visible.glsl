@@ -15,7 +15,7 @@
 
 #ifndef LOBES
 #define LOBES 4
-#define TEXEL 3
+#define TEXEL 2  // posts across a texel of the sky
 #define FULL 4095.0
 #endif
 #define LARGEST_SUM_POSTS 1000.0  // 2^20 texels of 12 bits are exact

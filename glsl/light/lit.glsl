@@ -93,10 +93,14 @@ void add_sun(inout Lit l, Ground g, vec2 lean) {
     float far = HAS_SUMS ? farness(g.extent) : 0.0;
     vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // with shadows, and without
     float grained = far < 1.0 ? grain_strength(g.post, length(g.fine.slope), l.lobe.albedo) : 0.0;
-    for (int i = 0; i < g.parts; i++) {
-        if (far < 1.0) near_ += sun_at(g.part[i], PART * g.extent, grained) / float(g.parts);
-        if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
-    }
+    float weight = 1.0 / float(bitCount(g.samples));
+    int left = g.samples;
+    do {  // compilers write out a loop over numbers: this one they compile once, not four times
+        vec2 part = part_of(g, findLSB(left));
+        if (far < 1.0) near_ += weight * sun_at(part, PART * g.extent, grained);
+        if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_.x += weight * sun_over(part, PART * g.extent, lean);
+        left &= left - 1;
+    } while (left != 0);
     vec2 sun = mix(near_, far_, far);
     l.sun = sun.x;
     l.unshadowed = sun.y;

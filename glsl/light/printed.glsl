@@ -21,11 +21,14 @@ vec3 diffuse_from(Light light, vec3 amplitude, Merged m) {
 // Mean visible share of the sun's disc over the footprint.
 float sun_visible(Ground g) {
     float far = farness(g.extent), share = 0.0;
-    for (int i = 0; i < g.parts; i++) {
-        float near_ = far < 1.0 ? sun_share(g.part[i], PART * g.extent) : 0.0;
-        float far_ = MAY_BE_FAR && far > 0.0 ? sun_over(g.part[i], PART * g.extent, vec2(0.0)) : 0.0;
-        share += mix(near_, far_, far) / float(g.parts);
-    }
+    int left = g.samples;
+    do {
+        vec2 part = part_of(g, findLSB(left));
+        float near_ = far < 1.0 ? sun_share(part, PART * g.extent) : 0.0;
+        float far_ = MAY_BE_FAR && far > 0.0 ? sun_over(part, PART * g.extent, vec2(0.0)) : 0.0;
+        share += mix(near_, far_, far) / float(bitCount(g.samples));
+        left &= left - 1;
+    } while (left != 0);
     return share;
 }
 

@@ -16,8 +16,6 @@ layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // texels of 
 #define SKY_BORDER 1
 #endif
 
-#define SKY_POSTS (2.0 * float(TEXEL))  // width of a texel: three cells of window 1
-
 // The finest page with light over a place, from a level up.
 struct LitPage {
     ivec2 slot;  // column and row in the pool
@@ -60,7 +58,7 @@ mat4x3 texel_of(LitPage p, ivec2 at) {
 }
 
 mat4x3 sky_in(LitPage p) {
-    vec2 at = p.at / SKY_POSTS + float(SKY_BORDER) - 0.5, t = fract(at);
+    vec2 at = p.at / float(TEXEL) + float(SKY_BORDER) - 0.5, t = fract(at);
     ivec2 first = ivec2(at);
     mat4x3 north = texel_of(p, first) * (1.0 - t.x) + texel_of(p, first + ivec2(1, 0)) * t.x;
     mat4x3 south = texel_of(p, first + ivec2(0, 1)) * (1.0 - t.x) + texel_of(p, first + 1) * t.x;
@@ -69,7 +67,7 @@ mat4x3 sky_in(LitPage p) {
 
 // A texel is several posts wide. So finer levels are taken than for the sun.
 mat4x3 sky_visible_near(vec2 post, vec2 extent) {
-    float level = level_of(extent / SKY_POSTS);
+    float level = level_of(extent / float(TEXEL));
     LitPage fine = lit_page(post, int(level));
     mat4x3 visible = sky_in(fine);
     float t = level - float(fine.level);

@@ -9,12 +9,11 @@
 //   To avoid this, places are moved along their rays to the mean ground. For the centre, this is the plane of the
 //   whole footprint; for each sample, it is the plane of its part of the footprint.
 //   The parts follow the curvature of the ground, and cover equal parts of the picture.
-// Provides Ground, footprint_at(), farness(), farness_from(), is_near(), ground_under(), add_part().
+// Provides Ground, footprint_at(), farness(), farness_from(), is_near(), ground_under(), part_of().
 
 #include "shade/relief.glsl"
 #include "shade/seen.glsl"
 
-#define MOST_PARTS 4
 #define PART (SAMPLES > 1 ? 0.5 : 1.0)  // sides of a part
 
 struct Ground {
@@ -24,8 +23,7 @@ struct Ground {
     vec2 along;       // its longer half axis e, in posts
     int pieces;       // number of pieces, and the sides of each
     vec2 piece;
-    int parts;        // samples that see it, and the centres of their parts
-    vec2 part[MOST_PARTS];
+    int samples;      // the samples, as bits, that see it; each has a part of the footprint
     Relief fine;      // mean height and slope of the footprint
     vec3 from_eye_m;
     vec3 towards_eye;
@@ -116,7 +114,6 @@ Ground ground_under(Ground g, vec2 post, vec3 ray) {
     g.from_eye_m = place_from_eye_m(g.post, g.fine.height_m);
     g.distance_m = max(length(g.from_eye_m), 1e-6);
     g.towards_eye = -g.from_eye_m / g.distance_m;
-    g.parts = 0;
     return g;
 }
 
@@ -130,6 +127,8 @@ vec2 part_on_plane(Ground g, vec2 post, vec3 ray) {
     return clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));
 }
 
-void add_part(inout Ground g, vec2 post, vec3 ray) {
-    g.part[g.parts++] = MAY_BE_FAR ? part_on_plane(g, post, ray) : post;
+// The centre of the part of one of g.samples.
+vec2 part_of(Ground g, int sample_) {
+    vec2 post = post_of_sample(sample_);
+    return MAY_BE_FAR ? part_on_plane(g, post, view_ray(offset_of_sample(sample_))) : post;
 }

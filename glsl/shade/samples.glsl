@@ -43,8 +43,7 @@ vec3 ray_of(int samples) { return view_ray(offset_of(samples)); }
 // The ground that a group of samples sees; its footprint is around their centre.
 Ground ground_of(int samples) {
     Ground g = ground_under(footprint_at(middle_of(samples)), middle_of(samples), ray_of(samples));
-    for (int i = 0; i < SAMPLES; i++)
-        if ((samples >> i & 1) != 0) add_part(g, post_of_sample(i), ray_of(1 << i));
+    g.samples = samples;
     return g;
 }
 

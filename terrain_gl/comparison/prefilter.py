@@ -27,14 +27,14 @@ class Mipmaps:
         self.terrain = picture.terrain
         size = self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
         self._record = shaders.compute(self.ctx, "comparison/prefilter/record.comp")
-        self._sweep = Sweep(self.terrain)
+        self._sweep = Sweep(self.ctx)
         self._horizon = horizon_texture(self.terrain, 1)
         self.textures = [self._texture(size) for _ in range(3)]
 
     def follow(self, sun: tuple[float, float, float], radius: float = SUN_RADIUS) -> None:
         """Build the mipmaps for a sun: a unit vector and its angular radius."""
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
-        self._sweep.run(towards, self._horizon)
+        self._sweep.run(self.terrain, towards, self._horizon)
         self.terrain.bind()
         textures = dict(zip(_TEXTURES, self.textures, strict=True))
         bind("comparison/prefilter/record.comp", u_horizons=self._horizon, **textures)

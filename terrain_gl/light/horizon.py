@@ -1,8 +1,9 @@
 """Visibility: the shares of the sky's lobes and of the sun that each place sees, in summed-area tables.
 
-A sweep finds the horizon of every post in 16 azimuths (glsl/horizon/sweep.comp). From the horizons we compute the
-visible share of each sky lobe, one texel for 3 × 3 cells (fold.comp). The sun has its own horizon and table
-(sunlit.comp). If the sun moves, only these are built again. Python twins: `reference.horizon`.
+The light of the sky is soft. So a sweep over every second post finds the horizons in 16 azimuths
+(glsl/horizon/sweep.comp). From the horizons we compute the visible share of each sky lobe, one texel for 2 × 2 cells
+(fold.comp). The sun has its own horizon, of every post, and its own table (sunlit.comp). If the sun moves, only these
+are built again. Python twins: `reference.horizon`.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Progress, Steps, drain
 from ..camera import Vector
-from ..gpu import bindings, gl, layout, shaders
+from ..gpu import bindings, gl, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
+from ..heightmap import Heightmap
 from ..sat import SummedAreaTables, Table
 from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
@@ -27,9 +29,9 @@ from .moments import COSINES, SINES, Direction, moment_texels, open_shares, sect
 AZIMUTHS = 16  # number of azimuths: in total, and in one run of fold.comp on large maps
 BATCH = 4
 BATCH_BYTES = 2**26  # the most memory of horizons for one run of all azimuths
-TEXEL = layout.SKY_TEXEL
+TEXEL = 2  # the sky is swept over every second post, so a texel has 2 × 2 cells of the map
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
-FOLDED = PORTION // 128  # texels that one step folds
+FOLDED = PORTION // 16  # texels that one step folds
 SUN_LAYERS = 5  # glsl/horizon/blocks.glsl
 SUN_STEPS = 8191
 FULL = 4095  # the integer for a share of 1; the sum of 2^20 texels fits into a word
@@ -50,21 +52,25 @@ def sun_table(cols: int, rows: int) -> Table:
 
 
 class Sweep:
-    """Horizons of all posts towards one azimuth at a time."""
+    """Horizons of all posts of a map towards one azimuth at a time."""
 
-    def __init__(self, terrain: Terrain) -> None:
-        self.ctx = terrain.ctx
-        self.terrain = terrain
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.ctx = ctx
         self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
         self._hulls: moderngl.Buffer | None = None  # scratch memory, kept until `rest`, because new memory is slow
 
-    def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
+    def run(self, terrain: Terrain, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
         """Write the horizons' sines in the lattice direction `towards` (see `lattice_direction`) to a layer."""
-        drain(self.run_steps(towards, into, layer, into.width * into.height))
+        drain(self.run_steps(terrain, towards, into, layer, into.width * into.height))
         self.rest()
 
     def run_steps(
-        self, towards: Direction, into: moderngl.TextureArray, layer: int = 0, posts: int = PORTION
+        self,
+        terrain: Terrain,
+        towards: Direction,
+        into: moderngl.TextureArray,
+        layer: int = 0,
+        posts: int = PORTION,
     ) -> Steps[None]:
         """Incremental `run`, about `posts` posts a step; yields progress from 0 to 1."""
         cols, rows = into.size[:2]
@@ -77,7 +83,7 @@ class Sweep:
         at_once = min(lines, max(128, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
         hulls = self._reserve(_HULL_POINT * steps * at_once)
         for start in range(0, lines, at_once):
-            self.terrain.bind()
+            terrain.bind()
             bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
             self._kernel["u_towards"] = towards
             self._kernel["u_layer"] = layer
@@ -121,12 +127,12 @@ class SkyVisibility:
         self.sharpness = np.asarray(sharpness, "f8")
         self.table = sky_table(terrain.heightmap.cols, terrain.heightmap.rows, len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
-        is_small = 2 * AZIMUTHS * terrain.heightmap.cols * terrain.heightmap.rows <= BATCH_BYTES
+        is_small = 2 * AZIMUTHS * self.table.width * self.table.height <= BATCH_BYTES
         self._batch = AZIMUTHS if is_small else BATCH
         self._printed = printed
-        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": self._batch, "TEXEL": TEXEL}
+        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": self._batch, "TEXEL": 1}
         self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
-        self._sweep = Sweep(terrain)
+        self._sweep = Sweep(self.ctx)
         self._sat = SummedAreaTables(self.ctx, 32)
         self._pack = shaders.compute(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
@@ -162,15 +168,17 @@ class SkyVisibility:
         moment_table.filter = (moderngl.NEAREST, moderngl.NEAREST)
         open_table = self.ctx.buffer(open_shares(self.sharpness).astype("f4").tobytes())
         tables: dict[str, bindings.Resource] = {"Shares": fresh, "u_moments": moment_table, "Open": open_table}
-        horizons = horizon_texture(self.terrain, size)
+        thin = thinned(self.terrain)
+        horizons = horizon_texture(thin, size)
         try:
             for batch in range(AZIMUTHS // size):
                 directions = self.directions[batch * size : (batch + 1) * size]
                 for layer, towards in enumerate(directions):
-                    for share in self._sweep.run_steps(towards, horizons, layer, posts):
+                    for share in self._sweep.run_steps(thin, towards, horizons, layer, posts):
                         yield (batch + 0.5 * (layer + share) / size) * size / AZIMUTHS
                 for row in range(0, self.table.height, at_once):
                     count = min(at_once, self.table.height - row)
+                    thin.bind()
                     self._fold_batch(batch, row, count, directions, horizons, tables)
                     yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * size / AZIMUTHS
             self._pack_shares(fresh, packed)
@@ -180,7 +188,7 @@ class SkyVisibility:
             self.packed, packed = packed, self.packed
         finally:
             self._sweep.rest()
-            scratch: list[Resource] = [horizons, fresh, packed, moment_table, open_table]
+            scratch: list[Resource] = [thin, horizons, fresh, packed, moment_table, open_table]
             for resource in scratch:
                 resource.release()
         yield 1.0
@@ -213,7 +221,6 @@ class SkyVisibility:
         horizons: moderngl.TextureArray,
         tables: dict[str, bindings.Resource],
     ) -> None:
-        self.terrain.bind()
         bind("horizon/fold.comp", u_horizons=horizons, **tables)
         if isinstance(axes := self._fold.get("u_axes", None), moderngl.Uniform):
             axes.write(self.axes.astype("f4").tobytes())
@@ -236,7 +243,7 @@ class SunVisibility:
         self.horizon = horizon_texture(terrain, 1)
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
         self.texture = gl.WordTexture(self.ctx)
-        self._sweep = Sweep(terrain)
+        self._sweep = Sweep(self.ctx)
         self._sat = SummedAreaTables(self.ctx, 32)
         self._sunlit = shaders.compute(self.ctx, "horizon/sunlit.comp", {"PRINTED": printed})
         self.towards: Direction = (1.0, 0.0)
@@ -252,7 +259,7 @@ class SunVisibility:
         buffer = self.ctx.buffer(reserve=self.buffer.size)
         step = max(1, posts // (2 * self.terrain.heightmap.cols))
         try:
-            for share in self._sweep.run_steps(towards, horizon, 0, posts):
+            for share in self._sweep.run_steps(self.terrain, towards, horizon, 0, posts):
                 yield 0.6 * share
             for row in range(0, self.table.height, step):
                 count = min(step, self.table.height - row)
@@ -376,6 +383,14 @@ class Visibility:
         """Release GPU resources."""
         self.sky.release()
         self.sun.release()
+
+
+def thinned(terrain: Terrain) -> Terrain:
+    """A map of every second post (`TEXEL`), with voids filled; its last column and row are those of the map."""
+    rows, cols = (np.minimum(np.arange(0, n - 1 + TEXEL, TEXEL), n - 1) for n in terrain.filled.shape)
+    east, north = terrain.heightmap.spacing_m
+    heights = np.ascontiguousarray(terrain.filled[np.ix_(rows, cols)])
+    return Terrain(terrain.ctx, Heightmap(heights, (TEXEL * east, TEXEL * north)))
 
 
 def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:

@@ -18,12 +18,12 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Vector
-from ..gpu import gl
+from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..light.climate import AUTO
 from ..light.gaussians import SKY_AXES
 from ..light.ground import HeightSums
-from ..light.horizon import FULL, SUN_RADIUS, TEXEL, Visibility, lattice_direction, sun_uniforms
+from ..light.horizon import FULL, SUN_RADIUS, Visibility, lattice_direction, sun_uniforms
 from ..light.lighting import Lighting, sky_seen
 from ..light.moments import Direction
 from ..light.ramps import Ramp, Values
@@ -74,7 +74,8 @@ class PageVisibility:
     def defines(self) -> dict[str, object]:
         """Macros for shaders that include horizon/visible.glsl."""
         side = sky_side(self.terrain.heightmap.tile)
-        return {"LOBES": len(SKY_AXES), "TEXEL": TEXEL, "FULL": f"{FULL}.0", "SKY_SIDE": side, "SKY_BORDER": BORDER}
+        texel = 2 * layout.SKY_TEXEL  # posts of the page
+        return {"LOBES": len(SKY_AXES), "TEXEL": texel, "FULL": f"{FULL}.0", "SKY_SIDE": side, "SKY_BORDER": BORDER}
 
     @property
     def is_there(self) -> bool:

@@ -12,7 +12,7 @@ from ..basics.steps import Steps
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..light.gaussians import SKY_AXES, SKY_SHARPNESS
-from ..light.horizon import AZIMUTHS, BATCH, FULL, TEXEL, lattice_directions
+from ..light.horizon import AZIMUTHS, BATCH, FULL, lattice_directions
 from ..light.moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
 from .terrain import PagedTerrain
 from .windows import BORDER, MARGIN, PageWindows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
@@ -85,7 +85,7 @@ class PageSweep:
     def sky_steps(self, slot: int) -> Steps[None]:
         """The visible sky of a page whose windows from 1 on were sent; yields progress from 0 to 1."""
         texels = sky_side(self._tile)
-        first = (self._side - self._tile // 2) // 2 - BORDER * TEXEL
+        first = (self._side - self._tile // 2) // 2 - BORDER * layout.SKY_TEXEL
         for batch in range(AZIMUTHS // BATCH):
             directions = self._directions[batch * BATCH : (batch + 1) * BATCH]
             for layer, towards in enumerate(directions):
@@ -130,7 +130,7 @@ class PageSweep:
 
     def _make_kernels(self) -> None:
         window = {"WINDOW": 1, "LOBES": len(SKY_AXES), "FULL": f"{FULL}.0"}
-        tables = {"SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
+        tables = {"SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": layout.SKY_TEXEL}
         self._around, self._keep, self._pack = (
             shaders.compute(self.ctx, f"horizon/{name}.comp", window) for name in ("around", "keep", "pack")
         )
