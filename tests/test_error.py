@@ -24,9 +24,17 @@ ROUNDING = 2.0**-16  # what float32 may lose in a node's relief, in spans: ROUND
 SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², and some
 
 
+compiled = {}  # by context: tables whose shaders all tests use
+
+
 def built(ctx, heightmap):
+    """A map and its tables, to be released by `release_tables`."""
     terrain = Terrain(ctx, heightmap)
-    return terrain, ErrorTables(terrain)
+    if ctx not in compiled:
+        compiled[ctx] = ErrorTables(terrain, build=False)
+    tables = compiled[ctx].beside(terrain)
+    tables.build()
+    return terrain, tables
 
 
 @pytest.mark.parametrize("fails", range(5))
@@ -46,7 +54,7 @@ def test_tables_for_which_memory_ends_half_way_leave_nothing(ctx, monkeypatch, f
         tables.beside(terrain)
     assert len(made) == fails and all(isinstance(buffer.mglo, moderngl.InvalidObject) for buffer in made)
     assert tables.nodes.read() == before
-    tables.release()
+    tables.release_tables()
 
 
 def table_m(tables, level):
@@ -132,7 +140,8 @@ def test_the_error_of_a_rim_beside_voids_is_that_of_the_land(ctx, monkeypatch, a
     heights[1, 4] = 60
     if alone:
         heights[2, 1] = 40
-    terrain, tables = built(ctx, Heightmap(heights, 10.0))
+    terrain = Terrain(ctx, Heightmap(heights, 10.0))
+    tables = ErrorTables(terrain)  # with shaders of its own
     west, east = layout.unpack_nodes(tables.read_nodes(2), terrain.span_m).cut_max[0]
     assert east > 30
     assert (west > 10) == (alone or not has_rule)
@@ -214,7 +223,7 @@ def test_nodes_of_any_map_are_the_reference_rounded_up(ctx, rows, cols, log_reli
         heights[0, 0] = 0.0
     terrain, tables = built(ctx, Heightmap(heights))
     check_tables(terrain, tables)
-    tables.release()
+    tables.release_tables()
     terrain.release()
 
 
@@ -472,8 +481,9 @@ def test_edits_one_after_another_equal_a_rebuild(ctx, data):
             tables.update(changed)
     fresh = built(ctx, anew(terrain, heights))
     assert all_bytes(tables) == all_bytes(fresh[1])
-    for part in (tables, terrain, *fresh[::-1]):
-        part.release()
+    for map_, its_tables in ((terrain, tables), fresh):
+        its_tables.release_tables()
+        map_.release()
 
 
 def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
