@@ -2,8 +2,8 @@
 
 The quadtrees are pruned by the true error of every post in the view (`pruned.pruned_quads`, in numpy: minutes for maps
 of 4096 posts a side). Restricted: neighbours differ by at most one level, so there are no cracks. Plain: without this
-restriction. A factor is our root mean square error over the surface divided by theirs over posts. They are no lower
-limit for our error.
+restriction. A factor is our root mean square error over the whole surface, divided by that of a pruned quadtree over
+posts alone. So a pruned quadtree is no lower limit for our error.
 
 Run: python benchmarks/allocation.py MAP [--spacing M ...] [--view NAME] [--budgets N,N,...]
 """

@@ -49,7 +49,7 @@ def seen_share(renderer: tg.Renderer) -> float:
 
 
 def views_of(folder: str | None) -> None:
-    """Print a line a view."""
+    """Print a line for each view."""
     print(f"{'map':24} {'view':7}{'triangles':>10}{'off':>10}{'ratio':>7}{'patches':>9}{'seen':>6}{'lod':>6}{'ms':>6}")
     for name, heightmap, first in maps(folder):
         views = {"first": first} | {view: standard_view(heightmap, view) for view in ("ridge", "valley")}

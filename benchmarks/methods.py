@@ -50,7 +50,7 @@ def drawn(renderer: tg.Renderer, camera: tg.Camera) -> dict[str, tuple[dict, flo
 
 
 def main() -> None:
-    """Print a line a view, and the medians."""
+    """Print a line for each view, and the medians."""
     print(f"{'map':44} {'view':7}{'triangles':>10}{'ratio':>7}{'patches':>9}{'ratio':>7}{'T >= 4':>8}{'ms':>7}")
     ratios: list[tuple[float, float, float]] = []
     for name, heightmap, first in maps(sys.argv[1] if len(sys.argv) > 1 else None):

@@ -1,8 +1,8 @@
 """What a picture in motion costs, and how far it is from the full picture, for sizes and tolerances.
 
 A picture of 1/s of the width and height, with a tolerance of t of its own pixels, takes a share of the processor time
-of the full picture. Enlarged to the full size it differs by `rmse` (steps of 1/255). The window uses those
-marked with *: `viewer.frame_budget.WAYS`.
+of the full picture. Enlarged to the full size it differs by `rmse` (steps of 1/255). The window uses the sizes and
+tolerances marked with *: `viewer.frame_budget.WAYS`.
 
 Run: python benchmarks/motion.py [MAP ...]    bundled maps; their first views at 1280 × 720
 """

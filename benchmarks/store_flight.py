@@ -6,7 +6,7 @@ Defaults: 1000 frames, 200 ms, 320x180.
 
 Without a store, one is built of `canyon-15m`. Every read of a page waits for the latency. The tour around the map
 (terrain_gl/film/tour.py) is flown at 20 frames for each second of the tour's clock, without waiting for any tile.
-Prints the middle and the slowest of a thousand frame times, by the clock and by the processor time of the thread that
+Prints the median and the 99.9th percentile of frame times, by the clock and by the processor time of the thread that
 draws; the share of complete frames, the most that is certified, and memory after a tenth of the frames and at the end.
 The first frames compile shaders, and do not count. With --lit, the style is `shaded`, and tiles get light; else it is
 `lambert`. With --still, nothing is ever read.

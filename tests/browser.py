@@ -33,7 +33,7 @@ def apart():
 
 
 def high_pipe():
-    """A pipe whose numbers are none that DevTools takes, 3 and 4."""
+    """A pipe whose file descriptors are not 3 or 4, which DevTools takes."""
     low = os.pipe()
     high = [fcntl.fcntl(number, fcntl.F_DUPFD_CLOEXEC, 10) for number in low]
     for number in low:

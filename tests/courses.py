@@ -66,7 +66,7 @@ def outcomes(number, text, seed=1, until=(), first=""):
 
 
 def told(found):
-    """What the findings say that are not exact."""
+    """The messages of all findings that are not exact."""
     return [(f.what, f.text) for outcome in found for f in outcome.findings if f.verdict != checking.EXACT]
 
 

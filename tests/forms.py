@@ -1,7 +1,7 @@
 """Numbers for `shader_text.Evaluator` that bound rounding errors: linear forms in the heights of a node.
 
-A number is a form, the sum of weights times heights, and a bound of its error in units of 2^-24: so many times the
-largest height of the node, and so many times the error at the post. The bound of a rounding is the form's size. It is
+A number is a form, the sum of weights times heights, and a bound of its error in units of 2^-24. The bound has two
+factors: of the node's largest height, and of the error at the post. The bound of a rounding is the form's size. It is
 convex in the place of the post, as weights are linear in it: so it is largest at a corner of the triangle. Products of
 errors are left out; they are below 2^-20 of the rest.
 """
@@ -20,7 +20,10 @@ class Form:
 
     @property
     def size(self):
-        """Of largest height and error: the post's height is at most their sum."""
+        """How large the number may be: factors of the node's largest height, and of the error at the post.
+
+        The post's height is at most the sum of both.
+        """
         if self.is_weight:
             return np.array([abs(self.weights[ONE]), 0])
         return np.array([np.abs(self.weights[:ONE]).sum(), abs(self.weights[POST])])
@@ -51,7 +54,7 @@ def post():
 
 
 class Forms:
-    """Operations on forms. `decide` says which comparisons hold: every triangle is looked at for itself."""
+    """Operations on forms. `decide` says which comparisons hold, because each triangle has its own bound."""
 
     precise = False
 

@@ -114,7 +114,10 @@ def test_errors_at_the_posts_alone_do_not_bound_the_surface(name):
 
 @pytest.mark.parametrize("name", ["33x33", "smooth", "cliff"])
 def test_errors_of_quads_are_reached(name):
-    """Some sample comes as near as the top of a parabola is to a sample beside it. Nodes at the rim are left out."""
+    """At some sample, the error is the table's, less what a parabola loses from its top to the sample beside it.
+
+    Nodes at the rim are left out.
+    """
     heights = MAPS[name].astype("f8")
     truth, seen = bilinear(heights), measured(np.zeros(heights.shape, bool))
     step = np.abs(reference.twists(heights)).max() / 4 * 4.0**-FINER_LOG2

@@ -189,7 +189,7 @@ def test_the_picture_of_a_baseline_is_that_of_its_best_parameters(renderer, came
 
 
 def test_curves_fall(renderer, camera):
-    """Between some counts there is no price: a mesh of 500 triangles has jumps of a hundred."""
+    """No price gives some of the counts: around 500 triangles, the count changes in steps of a hundred."""
     budgets = [500, 1500, 3000, 7500]
     points = curve(renderer, camera, ["sat"], budgets)["sat"]
     errors = [point["rms_error_px"] for point in points]

@@ -1,4 +1,4 @@
-"""The style "cracks": patches that do not agree on edges. What it counts, draws and claims."""
+"""The style "cracks": patches that do not agree on edges. What it counts and draws, and that it certifies nothing."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Meshes without voids: no triangle over them, all of the other land, and the surface that was drawn."""
+"""Meshes without voids: no triangle lies over a void, all other land is there, and it is the drawn surface."""
 
 import numpy as np
 import pytest

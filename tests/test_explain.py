@@ -75,7 +75,7 @@ def test_a_patch_of_the_clipmap_is_certified_with_its_edges(renderer):
 
 
 def test_the_explanation_asks_the_tables(renderer):
-    """With the class counters overwritten, it names other errors."""
+    """With the class counters overwritten, the explanation names other errors."""
     renderer.draw(CAMERA, 2.0, method="sat", cull=False, style=UNLIT)
     x, y = places(renderer, 1)[0]
     before = renderer.inspector.explain(x, y)

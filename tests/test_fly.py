@@ -413,7 +413,7 @@ def test_an_error_of_a_worker_is_one_line(run, path):
 
 
 class Promised:
-    """What will have a result; the first `deaths` times it fails, as if its worker had died."""
+    """A stand-in for a future; the first `deaths` times it fails, as if its worker had died."""
 
     def __init__(self, task, deaths):
         self.task, self.deaths = task, deaths

@@ -29,7 +29,7 @@ LANDS = [
 
 
 def parts(ctx, land, **settings):
-    """Heights as parts of the relief."""
+    """Heights as fractions of the relief."""
     return np.concatenate(list(bands_of(ctx, land, **settings)))
 
 

@@ -136,7 +136,7 @@ def test_horizons_of_pages_are_close_to_the_whole_maps(hills, azimuth):
 
 
 def test_far_land_still_shades(wall):
-    """A wall 1 km away and 300 m high is 16 degrees high. Without coarser windows nobody sees it."""
+    """A wall 1 km away and 300 m high is 16 degrees high. Without coarser windows no horizon contains it."""
     heightmap, path = wall
     with Renderer(StoredMap(path), SIZE) as renderer:
         make_light(renderer, (90, 10), [(0, 3, 3)])

@@ -130,7 +130,7 @@ def test_cells_cut_in_32_leave_no_crack(ctx):
 
 @pytest.mark.parametrize("view", ["default", "wide", "down"])
 def test_triangles_stay_in_a_cell_of_their_patch(ctx, scene, view):
-    """What the bound of a strip supposes: no triangle leaves one cell of its patch's lattice."""
+    """The bound of cut edges assumes this: no triangle leaves one cell of its patch's lattice."""
     camera = cameras(scene.heightmap, scene.size)[view]
     for tolerance in TOLERANCES:
         corners = corners_with_patches(scene, scene.select(camera, tolerance, cull=False))
@@ -143,7 +143,7 @@ def test_triangles_stay_in_a_cell_of_their_patch(ctx, scene, view):
 
 @pytest.mark.parametrize("view", ["default", "wide"])
 def test_triangles_touch_new_vertices_of_one_edge_alone(ctx, scene, view):
-    """What the bound of cut edges supposes. New vertices stand on a patch's edge, off the lattice of its cells."""
+    """The bound of cut edges assumes this. New vertices stand on a patch's edge, off the lattice of its cells."""
     camera, many = cameras(scene.heightmap, scene.size)[view], 0
     for tolerance in TOLERANCES:
         corners = corners_with_patches(scene, scene.select(camera, tolerance, cull=False))

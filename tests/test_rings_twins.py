@@ -1,4 +1,4 @@
-"""The shaders of method sat against `reference.rings`: rings, classes, joined squares, edges, strips, prices."""
+"""The shaders of method sat against `reference.rings`: rings, classes, spacings, joined squares, edges, prices."""
 
 import numpy as np
 import pytest

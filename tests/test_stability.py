@@ -49,7 +49,10 @@ def deviation(lights):
 
 
 def shimmer(lights):
-    """Mean distance of a pixel's luminance from the frames before and after: it measures flicker, not slow motion."""
+    """Mean distance of a pixel's luminance from the mean of the frames before and after.
+
+    It measures flicker: a luminance that changes evenly has none.
+    """
     lights = np.stack(lights)[:, 4:-4, 4:-4]
     return float(np.abs(lights[1:-1] - (lights[:-2] + lights[2:]) / 2).mean())
 

@@ -302,7 +302,7 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(undisturbed):
 
 
 def test_a_build_that_was_cut_off_leaves_nothing_behind(undisturbed, monkeypatch):
-    """As if killed after any write: of shards, of the journal, of what the store says of itself."""
+    """As if killed after any write: of shards, of the journal, of the store's metadata."""
     writes = 0
 
     def counted(write):

@@ -346,7 +346,7 @@ def test_whatever_the_source_does_the_bound_holds(hills, other, harm):
 
 
 def test_without_checks_a_stale_tile_breaks_the_bound(hills, other, monkeypatch):
-    """So it is the checksums that find it."""
+    """So the checksums are needed to find it."""
     whole, path = hills
     monkeypatch.setattr("terrain_gl.store.tiles.checksums", lambda values, tile: None)
     monkeypatch.setattr("terrain_gl.store.tiles.np.array_equal", lambda *_: True)
