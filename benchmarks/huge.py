@@ -34,7 +34,7 @@ ROWS, COLS, SPACING_M = 90_000, 200_000, 30.0
 WAVES = 11
 ALONG = np.pi * (3 - 5**0.5)  # angle between the directions of two waves that follow each other
 PART = 4096
-VIEWS = {  # metres above the ground, and to the place ahead that is looked at
+VIEWS = {  # metres of the eye above the ground, and metres ahead to the place that the eye looks at
     "from 1 km": (1e3, 2e3),
     "from 5 km": (5e3, 8e3),
     "from 30 km": (30e3, 1.0),

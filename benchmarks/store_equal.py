@@ -12,7 +12,7 @@ All of this is compared bit for bit.
 Then there are slots for half of the tiles, and tiles change with the views. Each view must be certified within its
 tolerance, unless it needs more tiles than there are slots; then it is not complete. The views with the same patches as
 the map in memory are counted. If a finer tile is not loaded, the bound of a coarser one may choose another patch.
-The exit status is 1 if a view is not as it must be.
+The exit status is 1 if a view breaks one of these rules.
 """
 
 from __future__ import annotations

@@ -151,7 +151,7 @@ class Evaluator:
                 value = parse(value)
                 scope[target] = self.value(("binary", operator, ("name", target), value) if operator else value, scope)
         self.numbers.precise = outside
-        return scope  # a function without a result
+        return scope  # of a function without a result: its variables
 
     def value(self, tree, scope):
         kind, *parts = tree

@@ -175,7 +175,7 @@ def random_edit(rng):
 
 
 def check_bounds(land, seed, metric, rounds=3):
-    """Edits, views and loaded pages at random; returns the largest achieved error as a part of the certified one."""
+    """Edits, views and loaded pages at random; returns the largest achieved error as a share of the certified one."""
     heights, path = land
     rng, worst = np.random.default_rng(seed), 0.0
     with Renderer(StoredMap(path), SIZE) as renderer:

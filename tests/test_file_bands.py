@@ -44,7 +44,7 @@ def with_dataset_nodata(path):
 
 
 def palette(path, values=BYTES, colours=None, driver="GTiff", **more):
-    """Indices of a palette, by default the identical one."""
+    """Indices of a palette; by default entry i is the grey i."""
     profile = {"width": COLS, "height": ROWS, "count": 1, "dtype": "uint8", "photometric": "palette", **more}
     with rasterio.open(path, "w", driver=driver, **profile) as file:
         file.write_colormap(1, colours or {i: (i, i, i, 255) for i in range(256)})

@@ -34,7 +34,7 @@ def cos(lat):
 
 
 FOOT = 1200 / 3937
-# a map's CRS and middle; metres on the ground, east and north, of 50 units there, by formulas for the sphere
+# a map's CRS and middle; then how many metres on the ground 50 of its units are there, east and north (on a sphere)
 PROJECTIONS = {
     "world mercator": ("EPSG:3395", 20, 50, 50 * cos(50), 50 * cos(50), 4e-3),
     "web mercator": ("EPSG:3857", 20, -65, 50 * cos(65), 50 * cos(65), 6e-3),

@@ -219,7 +219,7 @@ def told(path):
 
 @pytest.fixture
 def undisturbed(run, path):
-    """The words of a flight; its pictures and numbers if nothing disturbs it."""
+    """The command line of a flight, and the pictures and numbers of a run that nothing disturbed."""
     words = ("fly", "dem.npy", "--path", path, *SMALL)
     assert run(*words, "-o", "whole", "--json", "whole.json")[0] == 0
     return words, pictures("whole"), told("whole.json")

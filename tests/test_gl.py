@@ -102,7 +102,7 @@ def test_clip_control_takes_depth_from_zero_to_one(ctx):
     mode = gl.c_int()
     get(0x935D, mode)
     assert mode.value == 0x935F
-    gl.function(ctx, "glClipControl", None, gl.c_uint, gl.c_uint)(0x8CA1, 0x935E)  # as it was
+    gl.function(ctx, "glClipControl", None, gl.c_uint, gl.c_uint)(0x8CA1, 0x935E)  # the default again
 
 
 def test_a_uniform_is_written_when_it_changes(ctx):

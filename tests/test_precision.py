@@ -119,7 +119,7 @@ def test_the_number_of_roundings_is_that_of_the_shader():
 
 
 def covered(ctx, clip, size):
-    """Two of (height, width) bool, first row on top: pixels whose samples are covered, without and with a depth test.
+    """Pixels whose samples are covered, without and with a depth test: two arrays (height, width), first row on top.
 
     With it, a sample is not covered if the depth of its fragment is below the empty buffer's.
     """

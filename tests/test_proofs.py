@@ -191,7 +191,7 @@ RECIPROCAL = 6  # units of 2^-24 that one may be off, as selftest.py lets pass
 def quad_roundings(text, reciprocal):
     """Bounds of the errors of both diagonals, at the corners of each triangle; a reciprocal of 0 units is exact."""
     if not reciprocal:
-        text = text.replace("place * n.per_side", "place")  # a power of two
+        text = text.replace("place * n.per_side", "place")  # per_side is a power of two, which rounds nothing
     per_side = [weight(1, reciprocal)] * 2
     triangles = [(True, True, 0, (0, 0), (1, 0), (1, 1)), (False, True, 0, (0, 0), (0, 1), (1, 1))]
     triangles += [(True, True, 1, (0, 0), (1, 0), (0, 1)), (True, False, 1, (1, 1), (1, 0), (0, 1))]
@@ -228,7 +228,7 @@ def wedge_roundings(text, reciprocal, after):
                 given["along"] = v + d if first else d * sides["per_after"]
                 of = Evaluator(text, Forms(first=first), **{f"given_{name}": weight(x) for name, x in given.items()})
                 found = of.call("wedge_errors_m", node, 0, ends, weight(1 - v, off), weight(d), post())
-                # beside a spoke the post may count to the next wedge: their planes differ by 4 times that
+                # near the line from the centre to a corner, a post may count to the next wedge: 4 times that apart
                 beside = [4 * 2 * (reciprocal + 2) if reciprocal else 0, 0]
                 yield from (each.error + beside for each in found)
 

@@ -65,7 +65,7 @@ def test_height_over_a_void_is_nan():
 
 @pytest.mark.parametrize("base_m", [0.0, 9000.0])
 def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
-    """In steps. Given up, nothing has changed; finished, tables and picture equal those of a rebuild."""
+    """In steps. If it is given up, nothing has changed. At the end, tables and picture equal those of a rebuild."""
     land = tg.Heightmap(heightmap.heights + base_m, (20.0, 30.0))
     camera = tg.Camera.default(land)
     with tg.Renderer(land, SIZE) as r:

@@ -13,7 +13,7 @@ from robustness import FINE, _whole, end_commands, read_damaged, tally
 def test_damaged_files_are_read_or_refused_in_one_line(tmp_path):
     seen, wrong = tally(read_damaged(300, 3, tmp_path), 300)
     assert not wrong
-    assert set(seen) == {"read", "refused"} and min(seen.values()) > 30  # the damage matters, and not always
+    assert set(seen) == {"read", "refused"} and min(seen.values()) > 30  # of each there are some
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ _ANSWER_S = 60.0  # there are slow machines
 
 
 def drop(server, at, paths):
-    """Drop files on the one window of an X server that takes drops; whether it took them.
+    """Drop files on the one window of an X server that takes drops; returns whether the window took them.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ uint nest_fan(uint own, uint parts) { return (own & 0xffffu) | max(own >> 16, pa
 
 ivec2 last_part(ivec2 at) { return min(2 * at + 1, u_level[u_which_level - 1].size - 1); }
 
-#if LEVEL == 1  // cells of the map, as two triangles: they have errors only between their posts
+#if LEVEL == 1  // the parts are cells of the map, drawn as two triangles: they have errors only between their posts
 Parts parts_of_node(Node n, ivec2 at) {
     vec3 low = min(min(n.h[0], n.h[1]), n.h[2]), high = max(max(n.h[0], n.h[1]), n.h[2]);
     vec2 range_m = vec2(min(min(low.x, low.y), low.z), max(max(high.x, high.y), high.z)) + n.base_m;

@@ -26,7 +26,7 @@ void main() {
     for (int x = 0; x <= SIDE; x++)  // cells on the falling diagonal, north-west of posts
         if (x > 0 && !is_hole(n.low + x - 1))
             gather_cell(w, n, e[x - 1][x - 1], e[x][x], e[x - 1][x], e[x][x - 1], vec2(0.0));
-    for (int x = 0, y = SIDE; x <= SIDE; x++, y--)  // on the rising one, south-west of posts
+    for (int x = 0, y = SIDE; x <= SIDE; x++, y--)  // cells on the rising diagonal, south-west of posts
         if (x > 0 && !is_hole(n.low + ivec2(x - 1, y)))
             gather_cell(w, n, e[y + 1][x - 1], e[y][x], e[y + 1][x], e[y][x - 1], vec2(0.0));
     write_record(at, n, w);

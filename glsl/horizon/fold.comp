@@ -43,7 +43,7 @@ uniform int u_first_row;
 uniform int u_batch;
 uniform bool u_is_last;
 #ifdef WINDOW
-uniform ivec2 u_first_cell;  // of the first texel
+uniform ivec2 u_first_cell;  // first cell of the first texel
 #endif
 uniform float u_above[LOBES];  // share of each lobe above the horizontal
 

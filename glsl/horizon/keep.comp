@@ -11,7 +11,7 @@ layout(r16, binding = 0) uniform writeonly image2D u_kept;
 
 uniform vec2 u_towards;
 uniform ivec2 u_corner;  // of the page in u_kept
-uniform int u_side;      // posts
+uniform int u_side;      // posts a side of the page
 uniform int u_apron;     // posts before the page in the window
 
 void main() {

@@ -66,7 +66,7 @@ uint share_at(int layer, int x, int y) {
     return SHARE((layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)) & inside_of(x, y);
 }
 
-// Mean over the box from a to c, in texels of a table of `end`; each side is between two words.
+// Mean over the box from a to c, given in texels; `end` is the table's size. A side of the box lies between two words.
 #define BOX_MEAN(name, sum_at)                                                                    \
     float name(int layer, vec2 a, vec2 c, ivec2 end) {                                            \
         ivec4 x = min(ivec4(a.xx, c.xx) + ivec4(0, 1, 0, 1), end.x);                              \

@@ -1,4 +1,4 @@
-// shade/contours.glsl — contour lines over the land as it is drawn, so they are off their true places by its tolerance.
+// shade/contours.glsl — contour lines over the land as it is drawn: they are off their true places as far as the land.
 //   height = z + drop + the eye's height              of the place that a sample sees, from its depth
 //   level  = height / interval                        lines are at whole numbers, index lines at every fifth
 //   rise   = levels that one pixel spans              the gradient over the pixel's four samples, by least squares:

@@ -13,7 +13,7 @@
 
 struct Grain {
     vec2 slope;   // metres up per metre east, north
-    float speck;  // share by which the albedo differs
+    float speck;  // the albedo is higher by this share, or lower if it is negative
 };
 
 const int BUMPS[5] = int[5](2, 5, 13, 34, 89);  // between two posts

@@ -107,7 +107,7 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
 
 
 def sectors_in_picture(camera: Camera, size: tuple[int, int]) -> tuple[int, int]:
-    """The first sector in a picture, and the one after the last; all if the picture shows straight down or up."""
+    """The first sector in a picture, and the one after the last; all sectors if it shows straight down or up."""
     right, up, forward = camera.axes
     tan_x, tan_y = camera.half_extent(size)
     if abs(right[2]) <= tan_x * abs(forward[2]) and abs(up[2]) <= tan_y * abs(forward[2]):

@@ -9,7 +9,7 @@ EDGES = ("block", "none")
 NONE = 0  # values of EDGE in the shader; with walls, the plain is drawn, too
 PLAIN = 1
 WALLS = 2
-OF_KIND = {"OPEN": PLAIN, "SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE of the programs of kinds of pixels
+OF_KIND = {"OPEN": PLAIN, "SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE in the program of each kind of pixels
 BLOCK = 0.025  # how far the block reaches below the lowest post, as a fraction of the map's longer side
 
 

@@ -16,7 +16,7 @@
 #define MOST 32  // segments of an edge: two halves make 64, the limit of the hardware
 
 layout(local_size_x = 64) in;
-// Column and row on the level's lattice, level, finer neighbours.
+// Column and row on the level's lattice; level; bits of the edges with a finer neighbour: west, north, east, south.
 layout(std430, binding = 0) readonly buffer Places { ivec4 place[]; };
 layout(std430, binding = 1) writeonly buffer Cuts { uvec4 cut[]; };
 layout(std430, binding = 2) buffer Count { uint triangles; };

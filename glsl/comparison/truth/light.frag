@@ -10,7 +10,7 @@
 #include "comparison/truth/ground.glsl"
 #include "comparison/truth/random.glsl"
 
-uniform int u_rays;        // rays to the sky for the cosine; half as many for the mirror
+uniform int u_rays;        // rays to the sky for diffuse light; half as many for mirrored light
 uniform int u_run;
 uniform float u_sun_disc;  // angular radius of the sun, radians
 uniform vec3 u_hidden;     // radiance of land in front of the sky

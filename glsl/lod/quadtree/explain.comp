@@ -6,9 +6,9 @@
 layout(local_size_x = 16) in;
 
 struct Choice {
-    // As quads of this level: largest error and root mean square in metres, pixels, 1; 0 if there is no such choice.
+    // As quads of this level: largest error and RMS in metres, bound in pixels, 1; all 0 if there is no such choice.
     vec4 quads;
-    vec4 fan;    // the same as one fan, if the square is a node of this level
+    vec4 fan;    // the same for one fan, if the square is a node of this level
 };
 layout(std430, binding = 5) writeonly buffer Choices {
     vec4 projection;  // smallest depth in metres, stretch, entirely in the picture, entirely outside

@@ -18,8 +18,8 @@ layout(local_size_x = 1) in;
 
 uniform bool u_start, u_last;
 
-#define ENOUGH 0.99       // this part of the budget ends the search
-#define AIM 0.995         // the part of the budget that the search aims at
+#define ENOUGH 0.99       // this share of the budget ends the search
+#define AIM 0.995         // the share of the budget that the search aims at
 #define SLOPE 1.7         // at first: octaves of λ for one octave of triangles
 #define LARGEST_STEP 20.0 // octaves
 #define LEAST_STEP 0.01

@@ -7,7 +7,7 @@
 
 layout(local_size_x = SCANNERS) in;
 
-uniform int u_round;  // the last round of lod/rings/decide.comp
+uniform int u_round;  // the round of lod/rings/decide.comp that has just run
 
 void spawn(int id, int child) {
     int known_log2 = step_log2_of(cell[plane(0) + id]);
