@@ -274,7 +274,7 @@ class Heightmap:
         return self._ground_spacing_m or self.spacing_m
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
-        """Give posts new heights. Only the first call reads the whole map; later calls read little more than these posts.
+        """Give posts new heights. Only the first call reads the whole map; others read little more than these posts.
 
         Parameters
         ----------
@@ -315,7 +315,7 @@ class Heightmap:
         return rows, cols
 
     def part(self, rows: slice, cols: slice) -> np.ndarray:
-        """The true heights of a rectangle of posts, (rows, cols) float32 metres. The array may be a view of `heights`."""
+        """The true heights of a rectangle of posts, (rows, cols) float32 metres; it may be a view of `heights`."""
         return self.heights[rows, cols]
 
     @property
