@@ -2,8 +2,9 @@
 
 Three views of every map, 640 × 360 pixels, with 10,000, 50,000 and 250,000 triangles. The columns:
 
-- rms:       root mean square screen error over the drawn surface; of `sat` and the quadtree, least squares
-- certified: the bound of the largest error, and its ratio to the achieved one; least squares, and `--metric max`
+- rms:       root mean square screen error over the drawn surface, with least squares, of `sat` and of the quadtree
+- certified: the bound of the largest error of `sat`, and its ratio to the achieved one, with least squares and with
+             `--metric max`
 
 Run: python benchmarks/budgets.py [FOLDER]    the bundled maps, and the real maps of the folder
 """
@@ -31,7 +32,7 @@ WAYS = {  # by the column's name
 
 
 def measured(renderer: tg.Renderer, camera: tg.Camera, way: str, triangles: int) -> dict[str, Any]:
-    """Stats of a mesh with so many triangles, and its certified error over the achieved one."""
+    """Stats of a mesh with this number of triangles, and the ratio of its certified error to the achieved one."""
     stats = renderer.draw(camera, triangles=triangles, style=UNLIT, **WAYS[way])
     stats |= renderer.measure()
     stats["ratio"] = stats["certified_max_error_px"] / stats["max_error_px"] if stats["max_error_px"] else math.nan

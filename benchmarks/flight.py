@@ -1,4 +1,4 @@
-"""A fixed flight, frame by frame: how much frame times vary, and whether memory and OpenGL objects remain.
+"""A fixed flight, frame by frame: how much frame times vary, and whether memory and OpenGL objects pile up.
 
     python benchmarks/flight.py [MAP [FRAMES [WIDTHxHEIGHT]]]      a bundled map or a file; canyon-15m, 1000, 320x180
 

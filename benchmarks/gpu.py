@@ -30,7 +30,7 @@ from terrain_gl.image import read_image
 from terrain_gl.renderer.brush import Brush, Sculptor
 
 FRAMES = 9
-CHECK_SECONDS = 200  # two of them, so that the whole takes ten minutes
+CHECK_SECONDS = 200  # for each of two checks, so that the whole takes ten minutes
 ROOT = Path(__file__).parents[1]
 GOLDEN = ROOT / "tests" / "golden"
 STAGES = ["selftest", "sat", "few_cells", "mesh", "precision", "rings_tables", "rings_twins"]

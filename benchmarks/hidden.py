@@ -83,7 +83,7 @@ def standing(rng: np.random.Generator, heightmap: tg.Heightmap, way: str) -> tg.
         eye = (0.5 + away[0]) * east, (0.5 + away[1]) * north, rng.uniform(low_m - step, high_m + 0.3 * east)
     else:
         row, col = rng.integers(2, heightmap.rows - 2), rng.integers(2, heightmap.cols - 2)
-        for _ in range(100 if way == "valley" else 0):  # go down
+        for _ in range(100 if way == "valley" else 0):  # walk downhill
             around = heights[row - 1 : row + 2, col - 1 : col + 2]
             down = np.add(np.unravel_index(np.argmin(around), (3, 3)), (row - 1, col - 1))
             row, col = np.clip(down, 2, [heightmap.rows - 3, heightmap.cols - 3])

@@ -50,7 +50,7 @@ def main() -> int:
 
 
 def compare(name: str, views: int, pictures: int) -> int:
-    """One map: print its row; returns how many views are not as they must be."""
+    """One map: print its row; returns how many views break a rule."""
     whole = middle_of(name)
     heights = whole.heights
     with tempfile.TemporaryDirectory() as folder, tg.Renderer(whole, SIZE) as one:

@@ -234,7 +234,7 @@ def test_lesson_7_floats_are_near_and_parts_cover_the_whole():
     off = np.abs(cross(q - p, r - p))
     assert off.max() > 1e-14 and (off < 1e-12).all()
     d = q - p
-    shares = (d * (d / np.square(d).sum(1, keepdims=True))).sum(1)  # of the end, in one of several ways
+    shares = (d * (d / np.square(d).sum(1, keepdims=True))).sum(1)  # the end's own share, by one formula of many
     assert (shares < 1).any() and shares == pytest.approx(1, abs=1e-14)
 
 

@@ -1,4 +1,4 @@
-"""Pictures without land, overlays without a pixel and options without effect are told in one line each."""
+"""Pictures without land, overlays without a pixel and options without effect: one line reports each."""
 
 import json
 from pathlib import Path

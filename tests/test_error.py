@@ -21,7 +21,7 @@ HALF = 1 + 2.0**-10 + 2.0**-18  # a half's last place, rounded up, and the round
 WIDER = 1 + 2.0**-17  # class limits, twice rounded
 MEAN_HALF = HALF + 2.0**-13  # sums of squares in float32
 ROUNDING = 2.0**-16  # what float32 may lose in a node's relief, in spans: ROUNDING_AT_RIM of 2^-24
-SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², and some
+SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², and a little more
 
 
 compiled = {}  # by context: tables whose shaders all tests use

@@ -91,7 +91,7 @@ def test_contour_lines_stand_at_true_heights():
 
     tilted = np.broadcast_to(np.linspace(10.0, 330.0, 101, dtype="f4")[:, None], (101, 101))
     plain = lines(1.0, tilted)
-    assert plain >= 4 and abs(lines(2.0, tilted) - plain) <= 1  # one may leave the picture at its rim
+    assert plain >= 4 and abs(lines(2.0, tilted) - plain) <= 1  # one line may leave the picture at its rim
     assert lines(1.0, 2 * tilted) >= plain + 3  # what --z-scale would show
 
 

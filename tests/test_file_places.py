@@ -220,7 +220,7 @@ def test_a_line_over_the_seam_stays_in_one_piece(tmp_path):
     raster(tmp_path / "a.tif", grid=(0.1, 0, 178, 0, -0.1, 1.5), crs="EPSG:4326")
     terrain = Heightmap.open(tmp_path / "a.tif")
     over = {"type": "LineString", "coordinates": [[179, 0], [-179, 0]]}
-    far = {"type": "LineString", "coordinates": [[-0.5, 0], [0.5, 0]]}  # where the map's own turn begins anew
+    far = {"type": "LineString", "coordinates": [[-0.5, 0], [0.5, 0]]}  # opposite the map, where its 360 degrees begin
     laid = read_overlay({"type": "GeometryCollection", "geometries": [over, far]}, terrain)
     for line, length in zip(laid.lines, (20, 10), strict=True):
         assert abs(line[1, 0] - line[0, 0]) == pytest.approx(length)

@@ -106,7 +106,7 @@ def test_clip_control_takes_depth_from_zero_to_one(ctx):
 
 
 def test_a_uniform_is_written_when_it_changes(ctx):
-    """A value that is set already is not written again; any other one is, and also the first one."""
+    """A value that is set already is not written again; any other value is written, and so is the first."""
     kernel = ctx.compute_shader(
         "#version 430 core\nlayout(local_size_x = 1) in; layout(std430, binding = 0) buffer Out { float out_[]; };\n"
         "uniform float u_factor; uniform vec2 u_pair; void main() { out_[0] = u_factor * (u_pair.x + u_pair.y); }"

@@ -73,7 +73,7 @@ def test_a_physical_sun_keeps_its_digits(ask):
     sharpness, wide = 92_438.0, 2.133
     call = "vec4(sg_inner_product(Lobe(a.xyz, a.w, vec3(1.0)), Lobe(b.xyz, b.w, vec3(1.0))).x)"
     told = ask("light/sg.glsl", call, np.column_stack([axes, np.full(50, wide)]), [*sun, sharpness])[:, 0]
-    truth = np.exp(wide * (axes @ sun - 1)) * reference.sg_integral(sharpness)  # all of it at one place
+    truth = np.exp(wide * (axes @ sun - 1)) * reference.sg_integral(sharpness)  # as if the sun were one direction
     assert told == pytest.approx(truth, rel=1e-3)
 
 
@@ -151,7 +151,7 @@ def test_the_papers_cubic_both_ways(ask, sharpness):
     call = "vec4(cubic_length(a.x), cubic_sharpness(a.y), 0.0, 0.0)"
     told = ask("light/vmf.glsl", call, [sharpness, length, 0, 0])[0]
     assert told[0] == pytest.approx(length, abs=2e-6)
-    assert told[1] == pytest.approx(sharpness, rel=1e-3)  # 1 − |r|² has only those of a float's 24 bits that κ leaves
+    assert told[1] == pytest.approx(sharpness, rel=1e-3)  # 1 − |r|² loses as many of 24 bits as κ has
 
 
 def test_the_papers_diffuse_light(ask):

@@ -123,7 +123,7 @@ def test_white_furnace(ctx, monkeypatch, rough):
     monkeypatch.setattr("terrain_gl.light.lighting.exposure", lambda sky: 1.0)
     read = shaders._read
 
-    def unexposed(path, included_from):  # the light itself, before tones and curves
+    def unexposed(path, included_from):  # the light itself, before tone mapping and the sRGB curve
         text = read(path, included_from).replace(
             "tone_mapped(2.0 * u_exposure * lit_ground(g).ambient)", "lit_ground(g).ambient"
         )

@@ -175,7 +175,7 @@ def test_a_lake_is_water_and_terraces_are_none():
     assert water_posts(rough(200, 200)) is None
     coast = np.maximum(rough(200, 200, 1, 800.0), 0)
     assert np.array_equal(water_posts(coast), coast == 0) or (water_posts(coast) & ~(coast == 0)).sum() == 0
-    top = np.minimum(lake(), 41)  # a plain with a pit that was cut off: the plain is not water
+    top = np.minimum(lake(), 41)  # the land is a plain at 41 m, which is not water
     assert not water_posts(top)[5, 5]
 
 

@@ -1,4 +1,4 @@
-"""Names of points: beside the points that a picture shows, and hidden by the land in front of them."""
+"""Names of points: they are beside the points that a picture shows; land in front of a point hides its name."""
 
 import json
 

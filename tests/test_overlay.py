@@ -51,7 +51,7 @@ def test_an_objects_own_coordinate_system_counts(utm):
     point = {"type": "Point", "coordinates": [500_300.0, 5_099_700.0]}
     expected = np.array([[10.0, 10.0]])
     assert read_overlay(Shape(point, UTM), utm).points == pytest.approx(expected)
-    assert read_overlay(Shape(point), utm).points == pytest.approx(expected)  # the map's own
+    assert read_overlay(Shape(point), utm).points == pytest.approx(expected)  # the map's own coordinates
     named = point | {"crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32632"}}}
     assert read_overlay(named, utm).points == pytest.approx(expected)
 

@@ -64,7 +64,7 @@ def test_passes_through_its_keyframes(keyframes, closed):
 def test_speed_is_constant(keyframes, closed):
     path = CameraPath(keyframes, closed)
     parts = np.linspace(0.001, 0.999, 99)
-    step = 1e-4  # a step around a bend is shorter than the way: the bends of a path are rounder than so
+    step = 1e-4  # so short that, except at sharp bends, a straight step is as long as the way along the path
     ahead = np.array([path.at(part + step).camera.eye for part in parts])
     speeds = np.linalg.norm(ahead - [path.at(part).camera.eye for part in parts], axis=1) / step
     assert np.all(speeds <= path.length_m * 1.0001)

@@ -30,7 +30,7 @@ def renderer(ctx, hills):
 
 
 def view(heightmap, fov_deg):
-    """Return a camera south of the map, above it: of few posts a pixel with a small angle, of many with a large one."""
+    """Return a camera south of the map, above it; with a small angle, a pixel sees few posts, else many."""
     east, north = heightmap.extent_m
     return Camera((east / 2, -2.0 * north, 2.2 * north), (east / 2, north / 2, 450.0), fov_deg)
 

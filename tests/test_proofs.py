@@ -185,7 +185,7 @@ def test_boxes_are_widened_by_more_than_rounding():
 HEIGHTS = [[corner(row, col) for col in range(3)] for row in range(3)]
 EDGES = ([0, 0], [0, 1], [0, 2]), ([2, 0], [2, 1], [2, 2]), ([0, 0], [1, 0], [2, 0]), ([0, 2], [1, 2], [2, 2])
 RIMS = (0.0, 1e-3, 0.25, 0.5, 0.9, 1.0)  # posts after a node's middle, as a share of those before it
-RECIPROCAL = 6  # units of 2^-24 that one may be off, as selftest.py lets pass
+RECIPROCAL = 6  # units of 2^-24 that a reciprocal may be off: selftest.py accepts these
 
 
 def quad_roundings(text, reciprocal):
@@ -400,7 +400,7 @@ def pair_is_proved(text, quotient):
     evaluator.known["unpackHalf2x16"] = lambda pair: Number(numbers.rounded(held), held.exact)
     found = evaluator.value(parse(returned), {"pair": None})
     raised = of_text(text, declared(text, "pack_pair", "e"), e_m=np.float32(1), error_unit_m=lambda: np.float32(1))
-    lost = np.nextafter(1 / raised - 1, 1)  # of what the factor adds
+    lost = np.nextafter(1 / raised - 1, 1)  # the relative error may lose as much as the factor adds
     return numbers.proves(f"{numbers.rounded(found)} -/ {found.exact} in [{constant(lost)}, 1]")
 
 

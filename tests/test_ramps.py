@@ -1,4 +1,4 @@
-"""Ramps of colours: values on the ground, and heights, over a range that a line names."""
+"""Ramps of colours: for values on the ground and for heights; one line of output names the range."""
 
 import numpy as np
 import pytest

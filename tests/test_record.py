@@ -116,7 +116,7 @@ def test_slow_changes_are_shown(output):
     frames, _ = frames_of(output)
     assert len(frames) == 12
     brighter = frames.astype(float).mean((1, 2)) - frames[0].mean((0, 1))
-    assert np.abs(brighter - np.arange(12)[:, None]).max() < 255 / 219  # a step of video's luma
+    assert np.abs(brighter - np.arange(12)[:, None]).max() < 255 / 219  # one of the 219 steps of video's luma
 
 
 def test_no_film_of_one_pixel():

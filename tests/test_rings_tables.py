@@ -19,7 +19,7 @@ SIZE = (160, 90)
 
 
 def land():
-    """Rough down to every post: drawn more coarsely it is far off."""
+    """Land that is rough down to the posts: a coarser mesh has a large error."""
     noise = np.random.default_rng(1).normal(size=(110, 90))
     return Heightmap(rough(110, 90, 11) + 6 * noise.astype("f4"), (12.0, 9.0))
 
@@ -70,7 +70,7 @@ def test_without_counters_the_bound_breaks(ctx, scene):
 
 
 def test_without_squares_the_bound_of_the_mean_breaks(ctx, scene):
-    """The maximum is held where a patch is partly in the picture: so the whole map is in it."""
+    """Where a patch is partly in the picture, its maximum is bounded instead. So the whole map is in this picture."""
     east, north = scene.heightmap.extent_m
     camera = Camera((0.5 * east, -0.2 * north, north), (0.5 * east, 0.5 * north, 0.0), 70.0)
     kept = scene.select(camera, 0.1, "rms")
@@ -132,7 +132,7 @@ class Counted(RingsSelector):
 
 
 class Thorough(RingsSelector):
-    """A selector whose rounds all look at all leaves, not at those alone around which something has changed."""
+    """A selector whose rounds all look at all leaves, not only at leaves around which something has changed."""
 
     def _run(self, name, *args, **uniforms):
         if name == "agree" and uniforms["agreed"]:

@@ -30,7 +30,7 @@ def test_the_sun_against_the_almanac():
 def test_noon_of_the_seasons(date, declination):
     azimuth, elevation = sun_position(datetime(*date, 12), 50.0)
     assert elevation == pytest.approx(90 - 50 + declination, abs=0.3)  # declination changes by 0.4 a day in spring
-    assert azimuth == pytest.approx(180, abs=5)  # by the equation of time
+    assert azimuth == pytest.approx(180, abs=5)  # the equation of time shifts noon
     assert sun_position(datetime(*date, 6), 0.0)[0] < 180 < sun_position(datetime(*date, 18), 0.0)[0]
 
 

@@ -24,7 +24,7 @@ def dense(rows, cols):
 
 
 def largest_error_m(triangles: np.ndarray, heights: np.ndarray) -> float:
-    """Largest difference in height between a mesh on posts and all posts of a map, in float64; Inf if it misses one.
+    """Largest difference in height between a mesh on posts and all posts of a map, in float64; Inf if a post is missed.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ uniform int u_first_line, u_lines;  // first line of this run, and their number
 uniform int u_windows;              // number of windows; in u_heights they lie one below the other
 uniform ivec2 u_shift[MAX_WINDOWS];   // `shift` of pages.windows.PageWindows
 uniform ivec4 u_within[MAX_WINDOWS];
-uniform ivec2 u_core;               // horizons are stored from this column and row, x, to this column and row, y
+uniform ivec2 u_core;               // horizons are stored for columns, and for rows, from u_core.x to u_core.y
 
 // The step at which a line crosses a column of a window; columns are counted from the light's side.
 int step_at(int window, int column) {

@@ -16,8 +16,8 @@ vec2 dome_place(vec3 direction) {
 
 vec3 sky_light(vec3 direction) { return textureLod(u_dome, dome_place(direction), 0.0).rgb; }
 
-// The sky, blurred by a lobe of this sharpness. As an approximation, we take the mipmap level with texels as wide as
-// it.
+// The sky, blurred by a lobe of this sharpness. As an approximation, we take the mipmap level whose texels are as wide
+// as the lobe.
 vec3 sky_blurred(vec3 direction, float sharpness) {
     float texel = 2.0 * PI / float(textureSize(u_dome, 0).x);
     return textureLod(u_dome, dome_place(direction), log2(max(inversesqrt(sharpness) / texel, 1.0))).rgb;

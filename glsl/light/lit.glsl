@@ -75,7 +75,7 @@ void add_sky(inout Lit l, Ground g) {
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
-// The slope for the sun at one place. Without means of the sun, it is a mean over large extents.
+// The slope for the sun at one place. In a store, which has no means of sunlight, a large extent has its mean slope.
 vec2 sun_slope(vec2 post, vec2 extent) {
     vec2 slope = slope_of_cells(post);
     return HAS_SUMS ? slope : mix(slope, rough_slope(post, extent), farness_from(PART * SUN_FROM, extent));

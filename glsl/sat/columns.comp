@@ -11,7 +11,7 @@
 #include "sat/lines.glsl"
 
 uniform uint u_band;  // words in a row of a band
-uniform uint u_row;   // first row of this run, not 0; rows above it are sums
+uniform uint u_row;   // first row of this run, not 0; the rows above it are summed already
 uniform uint u_end;   // the row after the last
 
 void main() {

@@ -37,7 +37,7 @@ def count_cracks(patches: layout.Patches, last: tuple[int, int]) -> int:
     """Edges of patches on the map whose other side has more vertices: each is counted once, on its coarser side."""
     low, high = patches.corner, patches.corner + patches.size
     begin, end = np.maximum(low, 0), np.minimum(high, last)
-    on_map = begin < end  # (n, 2): the part of its west and north edge that is on the map has a length
+    on_map = begin < end  # (n, 2): whether a part of the patch is on the map, along columns and along rows
     lines = np.stack([low[:, 0], low[:, 1], high[:, 0], high[:, 1]], -1)  # west, north, east, south
     limits = np.array([last[0], last[1], last[0], last[1]])
     inside = (lines > 0) & (lines < limits) & on_map[:, [1, 0, 1, 0]]

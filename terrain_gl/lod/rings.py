@@ -161,7 +161,7 @@ class RingsSelector(OfPatches):
             blocks = self._begin(rings)
             self._price(blocks, target)
             self._run("spend", _work("seen"), target=target)
-            self._bind()  # the passes for prices bound other buffers at some of these points
+            self._bind()  # the passes for prices have bound other buffers to some of the same binding points
             summary = self._finish()
             price = float(np.frombuffer(self._tried.read(4), "f4")[0])
             selection = replace(self._selection(summary), price=price if price > budget.CHEAPEST else 0.0)

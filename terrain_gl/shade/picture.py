@@ -257,7 +257,7 @@ class Picture:
         style = f"shade/{look.style}.frag"
         wanted = self._wanted(look, edge)
         self._listed.write(_NOTHING_LISTED)
-        gl.clip_control_zero_to_one(self.ctx)  # a depth test selects the kind; it is not set if no mesh was drawn
+        gl.clip_control_zero_to_one(self.ctx)  # for the depth test that selects the kind: maybe no mesh was drawn
         self._bind()
         if look.style in _LIT:
             self.lighting.bind()
@@ -374,7 +374,7 @@ class Picture:
         self.programs.release()
 
     def _haze_m(self, camera: Camera) -> float:
-        """Range of the haze: that of clear air, or a longer one if else a part of the map would be invisible."""
+        """Range of the haze: that of clear air, or a longer one if otherwise a part of the map would be invisible."""
         east, north = self.terrain.heightmap.extent_m
         low, high = self.terrain.heightmap.range_m
         away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))

@@ -134,7 +134,7 @@ class Measurement:
     ) -> np.ndarray:
         """Screen error at points of the map, (n, 2) columns and rows of posts: (n,) pixels.
 
-        The error is interpolated between the measured places around that are in the picture; NaN if there are none.
+        The error is interpolated between the measured places around the point that are in the picture; NaN without any.
         """
         col, row = PLACES * places.T.astype(np.float64)
         at = np.full(len(places), np.nan)

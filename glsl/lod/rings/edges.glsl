@@ -57,8 +57,8 @@ Leaf leaf_over(ivec2 post) {
 struct Walk {
     int side;     // where the next leaf meets the leaf that we walk around; 4 at the end
     bool begins;  // whether the next leaf is the first one on that side
-    ivec2 at;     // of two leaves that meet, the shorter lies in a row along a side of the longer: where to look next
-    int end;      // column or row where this row of leaves ends
+    ivec2 at;     // where to look next: in the row of leaves along a side of the longer of two leaves that meet
+    int end;      // column or map row where that row of leaves ends
 };
 
 const Walk START = Walk(0, true, ivec2(0), 0);
