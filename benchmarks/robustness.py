@@ -259,7 +259,7 @@ def _left(place: Path, output: str, kept: bool, error: bytes, status: int) -> st
     if b"Traceback" in error or error.count(b"\n") > 1:
         return f"traceback: {error[-300:]!r}"
     names = sorted(path.name for path in place.rglob("*") if path.is_file())
-    if orphans := [name for name in names if name.startswith(".") and name != JOURNAL]:  # a folder of frames goes on
+    if orphans := [name for name in names if name.startswith(".") and name != JOURNAL]:  # a flight's journal may stay
         return f"orphans: {orphans}"
     half = [path for path in place.rglob("*.*") if path.name.startswith(("out", "frame-")) and not _whole(path, kept)]
     if half:

@@ -234,7 +234,7 @@ class Scene:
 
 
 def tessellation_ends(selection, asked_px):
-    """Whether a view asks for more than tessellation can do, close to the eye: then the certificate may be above it.
+    """Whether a view asks for more than tessellation can do, close to the eye: the bound may then exceed the tolerance.
 
     The clipmap ends at 32 parts between two posts (16 beyond ring 0), a cell of the quadtree at 64.
     """

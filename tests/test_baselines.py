@@ -77,7 +77,7 @@ def test_pyramid_is_the_specification(ctx, shape):
     for got in above:
         expected = halve(expected)
         assert got.shape == expected.shape
-        # 25 products and sums in float32, of numbers below 2500, a level
+        # for each level, 25 products and sums in float32 of numbers below 2500
         assert np.abs(got - expected).max() <= len(above) * 30 * 2500 * 2**-24
     assert got.shape == (2, 2)
     for part in (pyramid, terrain):

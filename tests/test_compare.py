@@ -67,7 +67,7 @@ def test_the_truth_is_at_no_distance_of_itself_and_the_dense_mesh_close(renderer
     assert entry.stats["max_error_posts_px"] == dense.stats["max_error_posts_px"] == 0
     assert np.nanmax(entry.error_px) < 0.3 * np.nanmax(dense.error_px)  # cells are cut in four
     assert entry.stats["triangles"] == dense.stats["triangles"] == truth.stats["triangles"]
-    assert 0 < dense.stats["image_rmse"] < 0.5 * coarse.stats["image_rmse"]  # diagonals, beside what is coarse
+    assert 0 < dense.stats["image_rmse"] < 0.5 * coarse.stats["image_rmse"]  # diagonals alone
     assert 0.05 < truth.sky.mean() < 0.95
 
 

@@ -191,7 +191,7 @@ def test_nodes_of_hard_maps_are_the_reference_rounded_up(ctx, name):
 
 
 def check_gains(terrain, tables):
-    """Gains come from the table's errors, which are rounded: as much may they differ from the reference."""
+    """Gains come from the table's rounded errors, so they may differ from the reference by as much as these roundings."""
     void = np.isnan(terrain.heightmap.heights)
     slack, step = np.zeros((0, 0)), SQUARE_STEP * terrain.span_m
     for level, gains in enumerate(reference.split_gains(terrain.filled, void), 1):
@@ -207,8 +207,8 @@ def test_gain_of_a_split_by_hand():
     """A spike at the middle: as quads the node errs by 8 m there; a fan errs as its parts do, between the posts."""
     heights = np.zeros((3, 3))
     heights[1, 1] = 8.0
-    assert reference.split_gains(heights)[0].item() == pytest.approx(0, abs=1e-12)  # the fan does it for less
-    heights[0, 1] = 2.0  # two cells with the twist 6 have a post that the fan misses by 2, and it is split for 4 more
+    assert reference.split_gains(heights)[0].item() == pytest.approx(0, abs=1e-12)  # the fan needs fewer triangles
+    heights[0, 1] = 2.0  # two cells of twist 6 share a post that the fan misses by 2; a split adds 4 triangles
     left = 2**2 + 2 * 2 * 2 * (6 / 90**0.5)
     assert reference.split_gains(heights)[0].item() == pytest.approx(left / (8 - 4))
 

@@ -291,7 +291,7 @@ def test_a_folder_that_lacks_only_its_numbers_is_continued(undisturbed, run, mon
 
 @pytest.fixture
 def film(undisturbed, run, monkeypatch):
-    """The words of a film in parts of two frames, and its numbers if nothing disturbs it."""
+    """The command line of a film in parts of two frames, and the numbers of a run that nothing disturbed."""
     pytest.importorskip("av", reason="the extra [video] is not installed")
     monkeypatch.setattr(parts, "FRAMES", 2)
     return (*undisturbed[0], "-o", "f.mp4", "--json", "n.json"), undisturbed[2]

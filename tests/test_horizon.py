@@ -298,7 +298,7 @@ def test_lookups_are_means_over_boxes(ctx, keep):
         assert answer[0] == pytest.approx(sky[texels].mean(), abs=1e-5)
         light, *of_slope, east, north = (layer[halves].mean() for layer in sun)
         assert answer[2] == pytest.approx(light, abs=1e-5)
-        together = np.array(of_slope) - light * np.array([east, north])  # in steps of a slope of 4
+        together = np.array(of_slope) - light * np.array([east, north])  # in units of a slope of 4
         assert answer[3] == pytest.approx(np.clip(light - 4 * together @ [0.4, -0.3], 0, 1), abs=1e-4)
 
 

@@ -43,7 +43,7 @@ def parsed(line):
 
 
 def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
-    """Assert that the line draws what the renderer does; returns the line."""
+    """Assert that the command line draws what the renderer draws; returns the command line."""
     drawing = drawing or RenderOptions()
     line = command_line(heightmap, camera, size, drawing)
     assert cli.main(shlex.split(line)[1:]) == 0

@@ -130,7 +130,7 @@ def test_white_furnace(ctx, monkeypatch, rough):
         return text.replace("vec4(srgb_encoded(pixel_colour()), 1.0)", "vec4(pixel_colour(), 1.0)")
 
     monkeypatch.setattr(shaders, "_read", unexposed)
-    monkeypatch.setattr(shaders, "_lines", shaders._lines.__wrapped__)  # neither take nor leave lines that are kept
+    monkeypatch.setattr(shaders, "_lines", shaders._lines.__wrapped__)  # without the cache of lines
     heightmap = Heightmap(hills(129, 129, relief=rough), spacing_m=30.0)
     with Renderer(heightmap, size=(160, 90), ctx=ctx) as renderer:
         picture = renderer.picture

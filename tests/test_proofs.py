@@ -228,7 +228,7 @@ def wedge_roundings(text, reciprocal, after):
                 given["along"] = v + d if first else d * sides["per_after"]
                 of = Evaluator(text, Forms(first=first), **{f"given_{name}": weight(x) for name, x in given.items()})
                 found = of.call("wedge_errors_m", node, 0, ends, weight(1 - v, off), weight(d), post())
-                # near the line from the centre to a corner, a post may count to the next wedge: 4 times that apart
+                # near the line from centre to corner, a post may count to the next wedge: 4 times that off
                 beside = [4 * 2 * (reciprocal + 2) if reciprocal else 0, 0]
                 yield from (each.error + beside for each in found)
 

@@ -53,7 +53,7 @@ SETTINGS = {"counters": {"tolerance_px": 1.0}, "squares": {"tolerance_px": 1.0, 
 @pytest.mark.parametrize("words", [0, 0xFFFFFFFF, RANDOM], ids=["zeros", "ones", "random"])
 @pytest.mark.parametrize("table", SETTINGS)
 def test_other_sums_give_another_mesh(ctx, scene, table, words):
-    """Random counters say "rough" nearly everywhere, constant ones say that no box has anything in it."""
+    """Random counters say "rough" nearly everywhere; constant counters say that every box is flat."""
     camera, settings = cameras(scene.heightmap)["default"], SETTINGS[table]
     before = mesh_of(scene, camera, **settings)
     fill_with(getattr(scene.tables, table), words)

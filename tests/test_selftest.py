@@ -12,7 +12,7 @@ from drivers import environment
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu import pattern, selftest, shaders
 
-WRONG = {  # what a driver might do: in the kernel's text, and what is said
+WRONG = {  # what a wrong driver might do, as a change of the kernel's text; words of the refusal
     "an old loop bound": ("strip < strips()", "strip < min(strips(), 16u)", "loops whose bounds change"),
     "floats cut off": (
         "sum = o.x + o.y",

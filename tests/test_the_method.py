@@ -71,7 +71,7 @@ def drawn_m(terrain, count):
 
 
 def compare(terrain, count, view):
-    """Largest distance of a post from its place in pixels, and the posts in the picture, off the rim, not drawn."""
+    """Largest distance of a post from its place in pixels, and the posts inside the picture that are not drawn."""
     map_ = terrain.map
     axes, tan = view[1:4, :3].T.astype(float), view[4, :2].astype(float)
     seen_from = Pinhole(view[0, :3].astype(float), axes, SIZE[1] / 2 / tan[1], tan, NEAR_M)
@@ -207,7 +207,7 @@ def test_no_sky_within_the_land(ctx, alpine, monkeypatch):
     for colour in ("HAZE", "BLUE"):
         monkeypatch.setattr(method, colour, np.array([1.0, 0.0, 1.0]))
     target = ctx.simple_framebuffer(SIZE, 3)
-    ctx.depth_func = ">="  # of another program in the context
+    ctx.depth_func = ">="  # as another program in the context leaves it
     view = method.look((0.5 * cols, 0.5 * rows, 9000.0), (0.05, 0.1, -1.0), 40, SIZE)
     for tolerance_px in (0.7, 3.0, 12.0):
         terrain.draw(target, view, tolerance_px)

@@ -68,7 +68,7 @@ bool is_hole(ivec2 cell) {
 #endif
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact,
-// even if the heights are large (Sterbenz 1974, "Floating-point computation"). So no compiler may take another order.
+// even if the heights are large (Sterbenz 1974, "Floating-point computation"). So `precise` forbids another order.
 float twist_m(ivec2 cell) {
     ivec2 next = cell + 1;
     precise float north_m = height_m(cell) - height_m(ivec2(next.x, cell.y));

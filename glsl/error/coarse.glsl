@@ -21,7 +21,7 @@
 
 struct Gathered {
     uint most[MAXIMA];  // float bits: quad, fan, cell of a patch; the fan's wedges, edges whole; the same, edges split
-    uint squares[6];    // low and high of the first three: fixed point (error/nodes.glsl)
+    uint squares[6];    // sums for quad, fan, cell of a patch: low and high word, fixed point (error/nodes.glsl)
     uint voids;
 };
 

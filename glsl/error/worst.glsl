@@ -24,7 +24,7 @@ struct PostErrors {
     vec4 drawn;   // of the quad, of the fan
     vec2 cut;     // of a cell of a patch
     vec4 wedge;   // of the wedge that holds the post, with a whole and with a split edge
-    uint wedges;  // bits: that wedge
+    uint wedges;  // bits: that wedge; of a cell, the wedges of its posts
     float height_m;
 };
 

@@ -32,7 +32,7 @@ vec2 step_around(int level, vec2 post, vec2 extent) {
 
 // w_l: the share of a level in the relief of a box; places and extents are in its steps.
 float share_of(int level, vec2 at, vec2 extent) {
-    // Posts that are read.
+    // Half the side of the box of posts that are read.
     vec2 reach = 0.5 * max(min(extent, LARGEST_BOX_POSTS), 2.0) + 1.5, last = vec2(last_of(level));
     ivec2 low = page_at(level, ivec2(clamp(at - reach - FADE, vec2(0.0), last)));
     ivec2 high = page_at(level, ivec2(clamp(at + reach + FADE, vec2(0.0), last)));

@@ -14,7 +14,7 @@
 #include "shade/relief.glsl"
 #include "shade/seen.glsl"
 
-#define PART (SAMPLES > 1 ? 0.5 : 1.0)  // sides of a part
+#define PART (SAMPLES > 1 ? 0.5 : 1.0)  // sides of a part, relative to the footprint's
 
 struct Ground {
     vec2 post;

@@ -26,7 +26,7 @@ def world_m(heights: np.ndarray, spacing_m: tuple[float, float]) -> np.ndarray:
     return np.stack([cols * spacing_m[0], (len(heights) - 1 - rows) * spacing_m[1], heights.astype(np.float64)])
 
 
-# n = (−∂h/∂x, −∂h/∂y, 1), normalised; the slopes in the middle of a cell are the means of its two edges' slopes
+# n = (−∂h/∂x, −∂h/∂y, 1), normalised; a slope in the middle of a cell is the mean of the slopes of two opposite edges
 
 
 def normals_of(heights: np.ndarray, spacing_m: tuple[float, float]) -> np.ndarray:

@@ -30,7 +30,7 @@ int along_edge(float t, int segments, int first_half, int half_, int posts) {
 
 ivec2 place_in(Cut c, vec2 t) {
     ivec2 inner = inner_levels(c), half_ = ivec2(1) << max(findMSB(c.size - 1), 0), at;
-    int across = t.y == 0.0 ? 1 : 3, down = t.x == 0.0 ? 0 : 2;  // the edge that it may be on
+    int across = t.y == 0.0 ? 1 : 3, down = t.x == 0.0 ? 0 : 2;  // the edges that the vertex may be on
     bool on_across = t.y == 0.0 || t.y == 1.0, on_down = t.x == 0.0 || t.x == 1.0;
     at.x = on_across ? along_edge(t.x, c.outer[across], c.first_half[across], half_.x, c.size.x)
                      : step_to(int(round(t.x * float(inner.x))), inner.x, c.size.x);

@@ -31,7 +31,7 @@ struct Ring {
 };
 
 layout(std140, binding = 2) uniform Rings {
-    int u_rings;        // finest first
+    int u_rings;        // number of rings; u_ring begins with the finest
     int u_most_blocks;  // blocks that the buffers have room for
     uint u_first_stamp; // stamp of this view's first round
     Ring u_ring[MAX_LEVELS];
