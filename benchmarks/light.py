@@ -7,8 +7,8 @@
     horizons     time to build all horizons, and to follow the sun, by size of the map
     memory       bytes a post
 
-Real maps are in the folder TERRAIN_GL_DEM. A picture takes minutes on a software renderer. Each number is written to a
-file at once, and a run that is started again continues.
+Real maps are in the folder that the variable TERRAIN_GL_DEM names. A picture takes minutes on a
+software renderer. Each number is written to a file at once, and a run that is started again continues.
 
 Run: python benchmarks/light.py FOLDER [visibility|pictures|steps|lobes|horizons|memory ...]
 """

@@ -20,7 +20,7 @@ from terrain_gl.viewer.app import App
 
 
 def main() -> int:
-    """Open the window; print what there is to see, and when."""
+    """Open the window; print a line for the first picture, and for each step until it is complete."""
     frame, seen = App.frame, set[str]()
 
     def watched(app: App, now_s: float) -> bool:

@@ -191,7 +191,7 @@ def test_nodes_of_hard_maps_are_the_reference_rounded_up(ctx, name):
 
 
 def check_gains(terrain, tables):
-    """Gains come from the table's rounded errors, so they may differ from the reference by as much as these roundings."""
+    """Gains come from the table's rounded errors; they may differ from the reference by as much as these roundings."""
     void = np.isnan(terrain.heightmap.heights)
     slack, step = np.zeros((0, 0)), SQUARE_STEP * terrain.span_m
     for level, gains in enumerate(reference.split_gains(terrain.filled, void), 1):

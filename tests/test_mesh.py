@@ -35,8 +35,8 @@ def doubled_areas(triangles):
 def lone_edges(triangles):
     """Edges of one triangle only, (n, 2, 2) columns and rows; asserts that no edge has more than two, one each way.
 
-    An edge is one number, so one sort finds them all: the numbers of both its ends, places in 64ths of a post, and one
-    bit for the way in which its triangle goes around it.
+    One sort finds them all, because an edge is one number: both its ends, in 64ths of a post, and one bit for the
+    direction in which its triangle goes along it.
     """
     places = (64 * triangles).astype("u8")
     assert (places == 64 * triangles).all()

@@ -199,7 +199,7 @@ def quad_roundings(text, reciprocal):
         for place in corners:
             of = Evaluator(text, Forms(east=east, first=north))
             found = of.call("quad_errors_m", {"h": HEIGHTS, "per_side": per_side}, [weight(v) for v in place], post())
-            # a place beside the diagonal may count to the other triangle: both planes differ by 3 times that
+            # a place beside the diagonal may count to the other triangle: its plane is off by this
             beside = [3 * 2 * (reciprocal + 1) if reciprocal else 0, 0]
             yield found[diagonal].error + beside
 
@@ -228,7 +228,7 @@ def wedge_roundings(text, reciprocal, after):
                 given["along"] = v + d if first else d * sides["per_after"]
                 of = Evaluator(text, Forms(first=first), **{f"given_{name}": weight(x) for name, x in given.items()})
                 found = of.call("wedge_errors_m", node, 0, ends, weight(1 - v, off), weight(d), post())
-                # near the line from centre to corner, a post may count to the next wedge: 4 times that off
+                # near the line from centre to corner, a post may count to the next wedge, whose plane is off by this
                 beside = [4 * 2 * (reciprocal + 2) if reciprocal else 0, 0]
                 yield from (each.error + beside for each in found)
 

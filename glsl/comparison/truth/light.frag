@@ -1,6 +1,7 @@
 // comparison/truth/light.frag — outgoing radiance by brute force (A.2) of the one place that this pixel sees.
 //   Many pixels are averaged to one; nothing is prefiltered, fitted, or read from a table.
-//   Sun: a disc of its angular size. Sky: the dome, sampled in proportion to the cosine. Visibility: rays through the true ground.
+//   Sun: a disc of its angular size. Sky: the dome, sampled in proportion to the cosine.
+//   Visibility: rays through the true ground.
 //   Material: Lambert's cosine, and the half-vector lobe that B.1 merges, sampled directly.
 // Where land hides the sky, the land has the same radiance as for the fitted lobes.
 
