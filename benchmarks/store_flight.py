@@ -38,7 +38,7 @@ class Late(StoredMap):
     latency_s = 0.2
 
     def page(self, key: PageKey) -> Page:
-        """Read a page, after a while."""
+        """Read a page; fine ones only after a delay."""
         if key[0] < self.top:
             time.sleep(self.latency_s)
         return super().page(key)

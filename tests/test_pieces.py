@@ -16,8 +16,8 @@ from terrain_gl.shade.picture import STYLES
 
 SIZE = (150, 83)
 # Vertices are snapped to 1/256 of a pixel. Places computed through another matrix differ by a few 1e-4 pixels: one in
-# about fourteen snaps to another place. An edge that moved by 1/256 sweeps one of a pixel's four samples in 64 times;
-# with two edges of two ends each in a pixel, as here, 1/14 * 1/64 * 4 of the pixels take a sample from a neighbour.
+# about fourteen snaps to another place. An edge that moves by 1/256 passes a sample in 1 of 64 pixels, with four
+# samples each. A pixel here has two edges, so four ends: 1/14 * 1/64 * 4 of the pixels have a sample of a neighbour.
 OUTLIERS = 0.0045
 
 

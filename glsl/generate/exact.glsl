@@ -32,7 +32,7 @@ float inverse_sqrt(float x) {
     return y;
 }
 
-// |x|, rounded off where it is below `softness`.
+// A smooth |x|: x² / softness near 0, and |x| far from 0.
 float soft_abs(float x, float softness) {
     precise float square = x * x;
     precise float bounded = square + softness * softness;
@@ -40,7 +40,7 @@ float soft_abs(float x, float softness) {
     return y;
 }
 
-// The smaller of two numbers, rounded off where they differ by less than 0.1.
+// The smaller of two numbers; where they differ by less than 0.1, a smooth transition, which is a little lower.
 float soft_min(float a, float b) {
     precise float near = max(0.1 - abs(a - b), 0.0);
     precise float y = min(a, b) - 2.5 * near * near;

@@ -46,7 +46,7 @@ uint look(int depth, ivec2 at, out float cost) {
     return uint(step_log2 + 16) | state;
 }
 
-// Looks at square k of four parts.
+// Looks at one of the four parts of a square: number k after part `first`.
 void ask(int first, int k) {
     int depth = first < FIRST[1] ? 0 : first < FIRST[2] ? 1 : first < FIRST[3] ? 2 : 3;
     int i = first + (k & 1) + (k >> 1 << depth);

@@ -58,8 +58,8 @@ layout(std430, binding = 0) buffer Blocks {
     Work b_queue[8];  // leaves that round r of lod/rings/agree.comp handles, at index r modulo 8
     Block b_block[];
 };
-// A word for each unit of each block: leaf, block, or nothing. There are two planes. Round r of lod/rings/agree.comp
-// reads plane r modulo 2 and writes the other. They differ only where the round before changed something.
+// A word for each unit of each block: leaf, block, or nothing. There are two copies, the planes. Round r of
+// lod/rings/agree.comp reads plane r modulo 2 and writes the other. They differ only where the round before changed it.
 layout(std430, binding = 1) buffer Cells { uint cell[]; };
 
 uniform int u_agreed;  // finished rounds of lod/rings/agree.comp
