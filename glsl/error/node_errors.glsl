@@ -87,7 +87,7 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     precise float above = w * n.h[1][1] - h;
     float u = v * n.before[axis] + d;
     precise float whole = above + v * a + (b - a) * u * n.per_side[axis];
-    bool is_first = d <= 0.0;  // half of the edge
+    bool is_first = d <= 0.0;  // the post is beside the first half of the edge
     precise float from = v * (is_first ? a : m), rise = is_first ? m - a : b - m;
     precise float halves = above + (from + rise * (is_first ? u : d) * (is_first ? n.per_before : n.per_after)[axis]);
     return vec2(whole, halves);
