@@ -21,7 +21,7 @@ struct Node {
     float base_m;
     vec2 before, after;    // posts from the corner to the centre, and from there to the far corner
     vec2 per_before, per_after, per_side;  // their reciprocals, and that of their sum
-    float rounding_m;      // bound of rounding errors, beside 2^-19 of an error: docs/precision.md, section 3
+    float rounding_m;      // bound of rounding errors, besides 2^-19 of an error: docs/precision.md, section 3
 };
 
 #ifndef WHOLE_NODES  // true: only nodes that the map's rim does not cut off. Then a node's shape is a constant.
