@@ -14,7 +14,6 @@ from terrain_gl.image import read_image
 from terrain_gl.readers.windows import Reading
 
 pytest.importorskip("zarr")
-from terrain_gl.cli import stores
 from terrain_gl.store import cache
 
 SHOT = ("shot", "dem.npy", "-o", "p.png", "--size", "96x54", "--style", "lambert", "--spacing", "5")
@@ -25,7 +24,7 @@ def here(tmp_path, monkeypatch):
     """A small raster that counts as a large one, and a cache of its own."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(stores, "PAYS_POSTS", 5000)
+    monkeypatch.setattr(cache, "PAYS_POSTS", 5000)
     monkeypatch.setattr(cache, "_in_use", [])
     np.save("dem.npy", rough(70, 90))
 

@@ -23,7 +23,6 @@ from ..renderer import Renderer
 from ..store import StoredMap, cache
 from . import report, values
 
-PAYS_POSTS = 4096 * 4096  # a raster with fewer posts is drawn from memory sooner than from its store: docs/stores.md
 FEWEST_TRIANGLES = 10_000  # a view of a store may need more than a smaller budget
 
 
@@ -35,7 +34,7 @@ def add_options(command: Any, needs_memory: tuple[str, ...] = (), pays_times: in
     needs_memory
         Options of the command that only work for maps in memory.
     pays_times
-        The command draws a raster from a store if it has at least this many times `PAYS_POSTS` posts.
+        The command draws a raster from a store if it has at least this many times `cache.PAYS_POSTS` posts.
     """
     command.set_defaults(needs_memory=needs_memory, pays_times=pays_times)
     group = command.add_argument_group("store")
@@ -128,7 +127,7 @@ def _pays(args: argparse.Namespace, name: str) -> bool:
     if getattr(args, "no_cache", True) or not os.path.isfile(name):
         return False
     rows, cols = posts_of(name, reading_of(args))
-    return rows * cols >= args.pays_times * PAYS_POSTS or is_too_large(rows, cols)
+    return rows * cols >= args.pays_times * cache.PAYS_POSTS or is_too_large(rows, cols)
 
 
 def may_be_held(heightmap: Heightmap) -> bool:

@@ -29,6 +29,7 @@ from .build import build
 from .format import VERSION, zarr_library
 from .opened import StoredMap
 
+PAYS_POSTS = 4096 * 4096  # a raster with fewer posts is drawn from memory sooner than from its store: docs/stores.md
 MOST_BYTES = 10 << 30
 _STORE = "map.zarr"
 _SOURCE = "source.json"

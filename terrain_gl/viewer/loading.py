@@ -9,21 +9,23 @@ import os
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..camera import Camera
-from ..files.huge import is_huge, sample
+from ..files.huge import is_huge, posts_of, sample
 from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
+from ..readers import has_windows
 from ..readers.windows import Reading
 from ..renderer import Renderer
 from ..renderer.overlay import Overlay
 from ..shade.picture import SUN
-from ..store import StoredMap, is_store
+from ..store import StoredMap, cache, is_store
 from .frame_budget import FrameBudget
 
 PREVIEW_POSTS = 193  # along the longer side of a preview
@@ -82,12 +84,35 @@ def file_opener(path: str) -> Opener:
         if is_huge(path, Reading()):
             few, offer = sample(path, Reading())
             return Opened(few, standard_view(few), standard_sun(few), key=os.path.realpath(path), offer=offer)
+        if _pays(path):
+            few, _ = sample(path, Reading())
+            rest = partial(_from_cache, path)
+            return Opened(few, standard_view(few), standard_sun(few), key=os.path.realpath(path), rest=rest)
         heightmap, known = open_map(path, progress=progress)
         if known:
             return Opened(heightmap, known.camera, known.sun, known.name)
         return Opened(heightmap, standard_view(heightmap), standard_sun(heightmap), key=os.path.realpath(path))
 
     return opened
+
+
+def _pays(path: str) -> bool:
+    """Whether this is a raster for which a store saves time, and of which GDAL reads parts."""
+    if not (os.path.isfile(path) and cache.is_possible()):
+        return False
+    rows, cols = posts_of(path, Reading())
+    return rows * cols >= cache.PAYS_POSTS and has_windows(path)
+
+
+def _from_cache(path: str, progress: Progress) -> Opened:
+    """A raster from its store, which is made at first use; from memory if the store cannot be made."""
+    try:
+        read: Heightmap | StoredMap = cache.stored(path, Reading(), None, progress)
+        read.opened = {"path": path}
+        seen = read.coarse()
+    except TerrainError:
+        read = seen = open_map(path, progress=progress)[0]
+    return Opened(read, standard_view(seen), standard_sun(seen), key=os.path.realpath(path))
 
 
 class LoadJob:

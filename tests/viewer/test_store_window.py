@@ -29,7 +29,6 @@ from terrain_gl.viewer.loading import Opened, file_opener
 from terrain_gl.viewer.settings import Settings
 
 pytest.importorskip("zarr")
-from terrain_gl.cli import stores
 from terrain_gl.store import cache
 from terrain_gl.store.opened import StoredMap
 
@@ -335,7 +334,7 @@ def large(raster, tmp_path, monkeypatch):
     gate = threading.Event()
     build = cache.build
     monkeypatch.setattr("terrain_gl.basics.limits.MAX_SIDE", 16385)
-    monkeypatch.setattr(stores, "PAYS_POSTS", 5000)
+    monkeypatch.setattr(cache, "PAYS_POSTS", 5000)
     monkeypatch.setattr(cache, "_in_use", [])
     monkeypatch.setattr(cache, "build", lambda *told, **more: gate.wait(20) and build(*told, **more))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
@@ -414,3 +413,12 @@ def test_a_full_picture_waits_for_the_light_of_its_tiles(shown, monkeypatch, rip
     stored.gate.set()
     until_complete(app)
     assert (unlit == [0]) == (ripe_s > 0)
+
+
+def test_a_large_raster_of_the_dialog_gets_a_store_too(large):
+    """While it is made, a sample is shown. If it cannot be made, the raster itself is read."""
+    raster, gate = large
+    gate.set()
+    opened = file_opener(raster)(lambda _: None)
+    assert opened.heightmap.cols == 100 and opened.rest
+    assert opened.rest(lambda _: None).heightmap.is_store
