@@ -65,7 +65,7 @@ def sides_of(app: App) -> list[dict[str, Any]]:
     spec = painter.drawn
     assert spec
     tool = app.viewer.sculpting.tool
-    edits = bool(tool and any(tool.strokes))  # also undone ones: tables may be rounded otherwise after a stroke
+    edits = bool(tool and any(tool.strokes))
     return [
         {"triangles": stats["triangles"], "edited": edits, "camera": asdict(spec.camera), "options": changed(options)}
         for stats, options in zip(painter.side_stats, spec.sides, strict=True)
@@ -163,37 +163,16 @@ def light(app: App) -> None:
     app.viewer.settings.change_all(sun=(290.0, 9.0), water_m=low + 0.25 * (high - low))
 
 
-def sculpt(app: App) -> None:
-    """A new hill."""
-    open_sections(app, "Detail", "Sculpt")
-    app.viewer.settings.change_all(sun=app.viewer.scene.opened.sun, water_m=None)
-    app.press("b")
-    settle(app)
-    assert app.viewer.sculpting.tool
-    app.viewer.sculpting.tool.radius_m, app.viewer.sculpting.tool.strength_m = 350.0, 60.0
-    app.viewer.mouse.press("left", 520, 440)
-    for x in range(540, 760, 40):
-        app.viewer.mouse.move(x, 440)
-        app.frame(app.viewer.window.now_s + 0.1)
-    app.viewer.mouse.release("left", 740, 440)
-
-
 def ruler(app: App) -> None:
     """Contour lines, and a line across the canyon with its profile."""
-    app.press("ctrl+z")
-    settle(app)
-    app.press("b")
+    open_sections(app, "Detail", "Sculpt")
+    app.viewer.settings.change_all(sun=app.viewer.scene.opened.sun, water_m=None)
     app.press("shift+c")
     app.press("shift+r")
     for at in ((480, 300), (760, 380), (600, 470)):
         app.mouse_down("left", *at)
         app.mouse_up("left", *at)
         app.frame(app.viewer.window.now_s + 0.1)
-
-
-def open_sections(app: App, *titles: str) -> None:
-    """Open these sections of the panel, and close the others."""
-    app.panels.opened = {title: title in titles for title in app.panels.opened}
 
 
 def lecture(app: App) -> None:
@@ -206,6 +185,25 @@ def lecture(app: App) -> None:
     viewer.lecture.go(1)
 
 
+def sculpt(app: App) -> None:
+    """A new hill. It comes last: a stroke beyond the range of heights coarsens the tables, also when undone."""
+    app.press("escape")
+    app.press("b")
+    settle(app)
+    assert app.viewer.sculpting.tool
+    app.viewer.sculpting.tool.radius_m, app.viewer.sculpting.tool.strength_m = 350.0, 60.0
+    app.viewer.mouse.press("left", 520, 440)
+    for x in range(540, 760, 40):
+        app.viewer.mouse.move(x, 440)
+        app.frame(app.viewer.window.now_s + 0.1)
+    app.viewer.mouse.release("left", 740, 440)
+
+
+def open_sections(app: App, *titles: str) -> None:
+    """Open these sections of the panel, and close the others."""
+    app.panels.opened = {title: title in titles for title in app.panels.opened}
+
+
 SCENES: dict[str, Callable[[App], None]] = {
     "first": first,
     "patch": patch,
@@ -214,9 +212,9 @@ SCENES: dict[str, Callable[[App], None]] = {
     "frozen": frozen,
     "sums": sums,
     "light": light,
-    "sculpt": sculpt,
     "ruler": ruler,
     "lecture": lecture,
+    "sculpt": sculpt,
 }
 
 

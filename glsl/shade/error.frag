@@ -1,6 +1,6 @@
 // shade/error.frag — style "error": the error of the surface in pixels, from black, 0,
 //   to pale yellow, the end of the scale; cyan above it; grey where the map has no data.
-//   The bar at the lower left shows the colours from 0 to that end.
+//   The bar at the lower left shows the colours from 0 to that end; the window has a legend instead.
 
 #include "shade/drawn.glsl"
 #include "shade/marks.glsl"
@@ -14,7 +14,10 @@ vec3 ground_colour(Ground g, int sample_) {
 
 vec3 sky_colour(vec3 direction) { return vec3(0.60); }
 
+uniform bool u_bar;
+
 vec3 with_bar(vec3 colour) {
+    if (!u_bar) return colour;
     vec2 size = vec2(u_size_px) * vec2(0.2, 0.02), at = (picture_px(FRAG_COORD) - 0.03 * float(u_size_px.y)) / size;
     if (all(greaterThan(at, vec2(0.0))) && all(lessThan(at, vec2(1.0)))) return inferno(0.08 + 0.92 * at.x);
     vec2 rim = abs(at - 0.5) * size - 0.5 * size;

@@ -142,6 +142,9 @@ class Picture:
         self._shaded: tuple[Look, int] = (PLAIN, surroundings.NONE)  # the last look, and the surroundings in it
         self.resize(size)
 
+    has_bar = True
+    """Whether the style "error" has a bar with its colours in the picture."""
+
     waits_for_light = True
     """Whether a picture waits until its light is complete. If not, it shows earlier light, or the style "lambert" if
     there is none, until `light_steps` is done."""
@@ -409,6 +412,7 @@ class Picture:
         """The settings that all programs which colour a look share."""
         uniforms = {"sun": towards_sun(*look.sun)} | surroundings.uniforms(self.terrain, look.water_m)
         uniforms["error_scale_px"] = look.error_scale_px or 0.0
+        uniforms["bar"] = self.has_bar
         if look.contour_m is not None:
             uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
         if look.style in _LIT:

@@ -37,9 +37,10 @@ def bound_px(patch: Explanation) -> float:
     return patch.chosen.px if patch.bound_px is None else max(patch.bound_px, patch.chosen.px)
 
 
-def rows(patch: Explanation) -> list[tuple[str, str, str, str, str]]:
-    """The levels that the patch could have, one in each row under `HEADINGS`."""
-    return [_row(patch, choice) for choice in patch.choices]
+def rows(patch: Explanation, near: bool = False) -> list[tuple[str, str, str, str, str]]:
+    """The levels that the patch could have, one in each row under `HEADINGS`; or only those `near` the chosen one."""
+    at = patch.choices.index(patch.chosen)
+    return [_row(patch, choice) for choice in (patch.choices[max(at - 1, 0) : at + 2] if near else patch.choices)]
 
 
 def _row(patch: Explanation, choice: Choice) -> tuple[str, str, str, str, str]:

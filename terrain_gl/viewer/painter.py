@@ -74,6 +74,7 @@ class Painter:
         self.overlays: tuple[Overlay, ...] = ()
         self.labels: list[Label] = []
         self._asked: FrameSpec | None = None
+        self._kind: tuple[object, ...] = ()  # of the picture that was asked for: style and method of each side
         self._asked_s = self._drawn_s = self._told_s = float("-inf")
         self._unripe_s: float | None = None  # time from which on tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
@@ -154,7 +155,8 @@ class Painter:
         dark = unlit and not (self.light.lit == spec.lit_look and renderer.picture.lighting.is_there)
         hurried = moving or dark or now_s - self._asked_s < REST_S or self._ripens(renderer, spec, now_s)
         if hurried and spec != self.drawn:
-            self._draw(renderer, spec, now_s)
+            if not self._announces(spec):
+                self._draw(renderer, spec, now_s)
             changed = True
         elif not hurried:
             changed = self._rest(renderer, spec, now_s, measure=not unlit)
@@ -168,6 +170,14 @@ class Painter:
                 self._told_s = now_s
                 changed = True
         return changed
+
+    def _announces(self, spec: FrameSpec) -> bool:
+        """Whether this frame shows the old picture, because the new one is of another kind, which may need programs.
+
+        Compiling them can take seconds. Until then the window shows the divider of a new split, and a message.
+        """
+        before, self._kind = self._kind, tuple((side.style, side.method, side.contour_m is None) for side in spec.sides)
+        return self.has_picture and self._kind != before
 
     def _ripens(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> bool:
         """Whether tiles of a store are getting light of their own, and began to less than `RIPE_S` ago."""

@@ -25,8 +25,10 @@ from .window_state import Size
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 LEGEND_EM = 18.0  # width of the legend that is shown without the panel
+_LINE_EM = 40.0  # a lecture's sentences have at least this many heights of the typeface in a line
 FULL_HD = 1080  # in windows with more rows of pixels than this, type grows with the window
-LARGE = 1.5  # size of the type of a lecture, relative to that of the panels
+LARGE = 1.5  # size of the type of a lecture, relative to that of the panels; less in a narrow window
+LOW_EM = 36.0  # where there is less room than this many heights of the typeface, explanations are short
 NARROW_EM = 11.0  # a side of a split picture that is narrower has no legend
 MARGIN = 10.0  # around the panel, in units of length
 _ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
@@ -135,7 +137,10 @@ class Panels:
         imgui = ui.imgui
         draw = imgui.get_background_draw_list()
         ink, paper = (imgui.color_convert_float4_to_u32(colour) for colour in (INK_OF_NAMES, PAPER_OF_NAMES))
+        taken = self._taken(ui, self._viewer.window.size)  # heights of contours would shine through the panel
         for name, x, y, is_centred in self._viewer.painter.labels:
+            if is_centred and x < taken:
+                continue
             width, height = imgui.calc_text_size(name)
             left, top = (x - width / 2, y - height / 2) if is_centred else (x + 0.4 * ui.em, y + 0.4 * ui.em)
             draw.add_rect_filled((left - 0.2 * ui.em, top), (left + width + 0.2 * ui.em, top + height), paper)
@@ -242,12 +247,12 @@ class Panels:
 
     def _explanations(self, ui: Widgets, size: Size) -> None:
         if self._settings.split:
-            for side in range(len(self._viewer.painter.side_stats[:2])):
+            for side in range(2):
                 self._side(ui, size, side)
         if patch := self._viewer.explainer.explanation:
             bottom = (size[1] - self._status_px - self._map_px - MARGIN * ui.scale) / size[1]
             with ui.window("##patch", (0.99, bottom), size, pivot=(1.0, 1.0)):
-                self._patch(ui, patch)
+                self._patch(ui, patch, is_short=bottom * size[1] < LOW_EM * ui.em)
         elif self._settings.sums:
             self._sums(ui, size)
 
@@ -262,6 +267,9 @@ class Panels:
             return
         painter = self._viewer.painter
         with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):
+            if len(painter.side_stats) < 2:
+                ui.imgui.text("choosing the mesh …" if side else "the picture before")
+                return
             stats = painter.side_stats[side]
             frame = painter.frame
             words = frame.way.words(stats["requested_max_error_px"] is not None)
@@ -283,8 +291,8 @@ class Panels:
             for line in box.lines() if box else ["Point at the land to read a box."]:
                 ui.imgui.text_disabled(line)
 
-    def _patch(self, ui: Widgets, patch: Explanation) -> None:
-        """Build the explanation of a patch."""
+    def _patch(self, ui: Widgets, patch: Explanation, is_short: bool) -> None:
+        """Build the explanation of a patch; a short one has only the levels next to the chosen one, and no reasons."""
         imgui = ui.imgui
         scene = self._viewer.scene
         place = self._viewer.explainer.place
@@ -300,7 +308,7 @@ class Panels:
             for heading in explain_text.HEADINGS:
                 imgui.table_next_column()
                 imgui.text_disabled(heading)
-            for row in explain_text.rows(patch):
+            for row in explain_text.rows(patch, is_short):
                 for cell in row:
                     imgui.table_next_column()
                     if row[-1] == "drawn":
@@ -308,6 +316,8 @@ class Panels:
                     else:
                         imgui.text(cell)
             imgui.end_table()
+        if is_short:
+            return
         with ui.wrapped(26 * ui.em):
             for sentence in explain_text.reasons(patch):
                 imgui.text(sentence)
@@ -326,10 +336,11 @@ class Panels:
         width = size[0] - 2 * MARGIN * ui.scale
         anchor = 0.5, 1 - MARGIN * ui.scale / size[1]
         with ui.window("##lecture", anchor, size, pivot=(0.5, 1.0), takes_mouse=False):
-            imgui.dummy((0.94 * width, 0.0))
+            inner = width - 2 * imgui.get_style().window_padding.x
+            imgui.dummy((inner, 0.0))
             imgui.text_disabled(f"{lecture.station.name}   {(lecture.number or 0) + 1} of {len(lecture.stations)}")
-            imgui.push_font(None, LARGE * FONT_PX)
-            with ui.wrapped(0.94 * width):
+            imgui.push_font(None, max(1.0, min(LARGE, width / (_LINE_EM * ui.em))) * FONT_PX)
+            with ui.wrapped(inner):
                 for sentence in sentences:
                     imgui.text(sentence)
                 imgui.push_style_color(imgui.Col_.text, ACCENT)

@@ -158,6 +158,7 @@ class Viewer:
             self.loader.map_shown(opened)
             scene.go_on(opened, scene.exaggeration)
         renderer.picture.waits_for_light = False
+        renderer.picture.has_bar = False
         renderer.timer.queries = Stopwatch.works(self.ctx)
         self.explainer.forget()
         if self.lecture and not is_preview:

@@ -79,8 +79,11 @@ class Widgets:
         """
         imgui = self.imgui
         flags = self.imgui.WindowFlags_
-        imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot or anchor)
-        imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], 0.92 * size[1]))
+        pivot = pivot or anchor
+        imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot)
+        above, below = anchor[1] / max(pivot[1], 1e-6), (1 - anchor[1]) / max(1 - pivot[1], 1e-6)
+        most = min(0.92, 0.98 * above, 0.98 * below)  # of the height: it ends inside the picture, and scrolls
+        imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], most * size[1]))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
         if on_close is None:  # it opens by itself, and must not take the focus from a slider that is being dragged
             fixed |= flags.no_title_bar | flags.no_focus_on_appearing

@@ -103,7 +103,11 @@ def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
     before, count = viewer.settings.options, viewer.painter.frame.stats["triangles"]
     set_budget(viewer, slow())
     press(viewer, "t")
-    assert later(viewer, 0.05)  # at once, before the number of triangles is found in many tries
+    whole = seen(viewer)
+    assert later(viewer, 0.02)  # at once, before programs are compiled: the old picture, and the divider
+    at_once = seen(viewer)
+    assert len(viewer.painter.side_stats) == 1 and 0.001 < changed(at_once, whole) < 0.05
+    assert later(viewer, 0.05)  # before the number of triangles is found in many tries
     assert [stats["requested_triangles"] for stats in viewer.painter.side_stats] == [None, None]
     set_budget(viewer, swift())
     settle(viewer)
