@@ -19,6 +19,7 @@ from terrain_gl.gpu import layout, shaders
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import ViewBlock, quadtree
+from terrain_gl.renderer import Renderer
 
 ASK = np.dtype([("posts", "4i4"), ("range_m", "2f4"), ("error_m", "f4"), ("unused", "f4")])
 ASK_PROJECTION = """
@@ -589,3 +590,14 @@ def test_a_post_counts_as_often_as_it_is_pixels_across():
         camera = Camera((2, 8, high), (2, 8, 0), 60.0)  # K = 360 / tan 30°
         weights = reference.post_weights(heights, (1.0, 4.0), pruned.view_of(camera, (1280, 720), 0.1))
         assert weights == pytest.approx(max(1.0, math.sqrt(pixels)))
+
+
+def test_the_style_promise_shows_the_bound_of_map_cells():
+    """Every cell of this map has a twist: no cell that is drawn as it is has the bound 0."""
+    y, x = np.mgrid[:33, :33]
+    heightmap = Heightmap((0.8 * (x * y % 2)).astype("f4"), spacing_m=10.0)
+    camera = Camera((160, -60, 60), (160, 160, 0))
+    with Renderer(heightmap, (160, 90)) as renderer:
+        how = {"method": "quadtree", "style": "promise", "error_scale_px": 0.12}
+        image = renderer.render(camera, max_error_px=0.12, **how).image
+        assert image[renderer.picture.coverage()][:, 0].min() >= 40  # 26 and less are shades of the bound 0

@@ -1,14 +1,20 @@
 // shade/detail_promise.frag — the first pass for style "promise":
 //   the certified bound of the whole patch, in pixels. A patch of the clipmap has it in its record.
-//   For a square of the quadtree the tables give it. A negative number means: no bound.
+//   For a square of the quadtree the tables give it; where it draws the map's cells, it is that of the cell. A negative
+//   number means: no bound.
 
 #include "shade/detail.glsl"
+#include "lod/quadtree/cell.glsl"
 #include "lod/quadtree/patch_bound.glsl"
 
 float patch_bound_px(Patch p) {
     if (p.bound_px >= 0.0) return p.bound_px;
     int level = int(p.step_log2), side = p.high.x - p.low.x;
-    if (level < 0) return 0.0;  // a map cell drawn as a fan has no error at its posts
+    if (level <= 0) {
+        ivec2 cell = min(ivec2(g_post), u_last_post - 1);
+        Projection projection = project_node(0, cell, 1.0);
+        return projection.outside ? 0.0 : cell_px(projection, twist_m(cell), -level);
+    }
     bool of_tree = p.step_log2 == float(level) && side == p.high.y - p.low.y && (side & (side - 1)) == 0 &&
                    (p.low & (side - 1)) == ivec2(0) && side >= 1 << level;
     if (!of_tree) return -1.0;
