@@ -1,8 +1,7 @@
 """Example 1: the heightmap
 ========================
 
-A heightmap is a grid of posts, each with a height in metres; row 0 is the north edge. The picture shows the map from
-above, lit from the north-west.
+A heightmap is a grid of posts; row 0 is the north edge. The picture shows the map from above, lit from the north-west.
 
 Run: ``python 01_heightmap.py [PICTURE.png [MAP]]``
 """
@@ -23,8 +22,7 @@ known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 print(terrain)
 
-# Slopes are differences divided by the spacing. The normal is (-slope to the east, -slope to the north, 1). Rows count
-# to the south, so the slope to the north is -to_south.
+# Slopes are differences divided by the spacing. Rows count to the south: the slope to the north is -to_south.
 to_south, to_east = np.gradient(terrain.heights, terrain.spacing_m[1], terrain.spacing_m[0])
 normal = np.stack([-to_east, to_south, np.ones_like(to_east)], -1)  # (rows, cols, 3): east, north, up
 normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
