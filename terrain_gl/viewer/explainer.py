@@ -162,6 +162,8 @@ class Explainer:
 
 
 def _no_explanation(method: str) -> str:
+    if method == "sat":
+        return "no patch is here: the place was outside the picture when the levels were chosen"
     if REGISTRY[method].kind == CERTIFIED:
         return "no explanation: this cell is cut between its posts; a coarser tolerance shows whole cells"
     others = " and ".join(name for name, each in REGISTRY.items() if each.kind == CERTIFIED)

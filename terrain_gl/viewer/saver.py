@@ -173,7 +173,7 @@ class Saver:
         picture = np.zeros((spec.size[1], spec.size[0], 4), np.uint8)
         stats = []
         for side, options in enumerate(spec.sides):
-            with self._waiting():
+            with self._for_a_file():
                 steps = self._scene.renderer.render_steps(spec.camera, size=spec.size, **vars(options))
                 frame = yield from portion(steps, side, len(spec.sides))
             first, last = (round(edge * spec.size[0]) for edge in spec.part(side))
@@ -182,14 +182,16 @@ class Saver:
         return picture, stats
 
     @contextmanager
-    def _waiting(self) -> Iterator[None]:
-        """While pictures of a store are saved, let them wait for its tiles."""
-        streaming = self._scene.renderer.streaming
+    def _for_a_file(self) -> Iterator[None]:
+        """A picture for a file waits for the tiles of a store, and has the bar of the style "error"."""
+        streaming, picture = self._scene.renderer.streaming, self._scene.renderer.picture
+        picture.has_bar = True
         if streaming:
             streaming.waits = True
         try:
             yield
         finally:
+            picture.has_bar = False
             if streaming:
                 streaming.waits = False
 

@@ -301,3 +301,19 @@ def test_bookmarks_become_a_path(viewer, tmp_path, monkeypatch):
     viewer.scene.opened = replace(viewer.scene.opened, key="alpine")
     press(viewer, "k")
     assert "fly alpine --path hills-002-path.json" in viewer.window.message
+
+
+def test_a_saved_picture_of_errors_has_its_bar_of_colours(viewer, tmp_path, monkeypatch):
+    """In the window, the panel's legend takes its place."""
+    monkeypatch.chdir(tmp_path)
+    viewer.settings.change(style="error")
+    settle(viewer)
+    viewer.window.message = ""
+    press(viewer, "p")
+    while not viewer.window.message:
+        later(viewer)
+        viewer.saver.join()
+    with Renderer(viewer.scene.heightmap, viewer.window.size) as renderer:
+        own = renderer.render(viewer.scene.controller.camera, **vars(viewer.settings.options)).image
+    assert np.array_equal(load(tmp_path / "hills-001.png"), own)
+    assert not np.array_equal(drawn_at_once(viewer), own)
