@@ -314,6 +314,6 @@ def test_a_saved_picture_of_errors_has_its_bar_of_colours(viewer, tmp_path, monk
         later(viewer)
         viewer.saver.join()
     with Renderer(viewer.scene.heightmap, viewer.window.size) as renderer:
-        own = renderer.render(viewer.scene.controller.camera, **vars(viewer.settings.options)).image
+        own = renderer.render(viewer.scene.controller.camera, **vars(viewer.settings.options)).image[..., :3]
     assert np.array_equal(load(tmp_path / "hills-001.png"), own)
     assert not np.array_equal(drawn_at_once(viewer), own)
