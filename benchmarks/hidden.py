@@ -15,9 +15,10 @@ Run: python benchmarks/hidden.py [FOLDER]    the bundled maps, and the real maps
 from __future__ import annotations
 
 import argparse
+import sys
+from pathlib import Path
 
 import numpy as np
-from maps import random_map, rough
 from methods import SIZE, maps
 
 import terrain_gl as tg
@@ -25,6 +26,9 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import bilinear
 from terrain_gl.lod import RingsSelector
 from terrain_gl.shade.picture import UNLIT
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from maps import random_map, rough  # noqa: E402  the tests' own maps
 
 FRAMES = 9
 PER_MAP = 75  # random views of a map, and their size
