@@ -299,6 +299,14 @@ def rounding_suffices(text):
     )
 
 
+def check_each_change_breaks(holds, text, changes):
+    """A proof holds for the text of a shader, and for none of the wrong texts."""
+    assert holds(text)
+    for right, wrong in changes.items():
+        assert right in text
+        assert not holds(text.replace(right, wrong))
+
+
 def test_errors_are_raised_by_more_than_rounding():
     """With reciprocals as far off as the self-test lets pass, but for powers of two, which it wants exact."""
     assert RECIPROCAL * UNIT == QUOTIENT
@@ -307,16 +315,14 @@ def test_errors_are_raised_by_more_than_rounding():
     assert "most * (1.0 + exp2(-19.0)) + n.rounding_m" in text
     assert "* roundings * exp2(-24.0)" in text
     assert "2.0 * most_m(n, worst) + mean" in text and "+ kink_m.xyx + n.rounding_m" in text  # means of crossed cells
-    assert rounding_suffices(text)
-    for right, wrong in {
+    changes = {
         "ROUNDING 16.0": "ROUNDING 12.0",
         "ROUNDING_AT_RIM 256.0": "ROUNDING_AT_RIM 64.0",
         "h10 - h00, h11 - h10": "h10 + h11 - h00 - h11, h11 - h10",
         "(a.height_m - c.height_m) - (d": "(a.height_m + b.height_m) - (c.height_m + b.height_m) - (d",
         "- n.base_m - from - rise * float(i)": "- n.base_m - (from * 32.0 + rise * float(i) - from * 31.0)",
-    }.items():
-        assert right in text
-        assert not rounding_suffices(text.replace(right, wrong))
+    }
+    check_each_change_breaks(rounding_suffices, text, changes)
 
 
 class Exact(Floats):
@@ -362,14 +368,12 @@ def crest_is_proved(text, units):
 
 def test_the_crest_of_a_cell_is_the_top_of_its_parabola():
     text = source("error/worst.glsl")
-    assert crest_is_the_top(text)
-    for right, wrong in {
+    changes = {
         "0.25 * t": "0.24 * t",
         "(4.0 * max(t": "(4.5 * max(t",
         "0.5 * (a + b)": "0.5 * max(a, b)",
-    }.items():
-        assert right in text
-        assert not crest_is_the_top(text.replace(right, wrong))
+    }
+    check_each_change_breaks(crest_is_the_top, text, changes)
 
 
 @needs_gappa
