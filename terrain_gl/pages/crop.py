@@ -1,7 +1,7 @@
 """Error records of a part of a map, bit for bit equal to those of the whole map's tables.
 
-A record depends on the posts of its closed node, on whether these are the map's last ones, and on the map's
-quantisation range. So a part of the map gets one post more than its last nodes need, and the range of the whole.
+A record depends on the posts of its closed node, on whether some of them are the map's last posts, and on the map's
+quantisation range. So a part of the map gets one post more than its last nodes need, and the range of the whole map.
 """
 
 import threading
@@ -17,14 +17,14 @@ from ..heightmap import Heightmap
 from ..readers.raster import Spacing
 from ..terrain import Terrain
 
-APRON = 2  # posts that a part has beyond its own: one at the far side of its last nodes, and one more
+APRON = 2  # extra posts of a part, to the south and the east: the far side of its last nodes, and one more
 _of_thread = threading.local()
 
 
 class Records(NamedTuple):
     """Error records and height ranges of the nodes of one level."""
 
-    errors: np.ndarray  # (rows, cols) uint32: as cells of a patch
+    errors: np.ndarray  # (rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
@@ -33,7 +33,8 @@ def record_steps(
 ) -> Steps[list[Records]]:
     """Records of levels 1 to `levels` for all nodes over these posts; yields progress from 0 to 1.
 
-    Nodes that end inside the apron are no map nodes. Between two steps, OpenGL's context must stay that of this thread.
+    Nodes that extend into the apron are cut off there: ignore their records. Between two steps, this thread must not
+    make another OpenGL context current.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def _records(tables: ErrorTables, level: int) -> Records:
 
 
 def _blank_tables() -> ErrorTables:
-    """Empty tables in this thread's own context. The tables of all parts share their shaders."""
+    """Empty tables in an OpenGL context of this thread. The tables of all parts use the shaders of these tables."""
     if not hasattr(_of_thread, "tables"):
         ctx = create_context("auto")
         check_driver(ctx)

@@ -3,7 +3,7 @@
     heights    for each level: the edited posts of its lattice; NaN elsewhere, also where an edit was undone
     records    of nodes: wide at once, exact when they are computed anew (edited_records.py)
 
-Each page has a version, which grows with every change. By it we know whether a thread read a page before an edit.
+Each page has a version, which grows with every change. The version shows whether a thread read a page before an edit.
 One thread edits; any thread may read.
 """
 
@@ -45,7 +45,7 @@ class EditedMap(PagedMap):
     Attributes
     ----------
     edits, changes
-        The number of edits; the number of all changes, which include new records.
+        The number of edits; the number of changes: edits, and records that were computed anew.
     saved_as
         The file that holds all edits; "" if there is none.
     wide
@@ -62,7 +62,7 @@ class EditedMap(PagedMap):
         self._records = EditedRecords(side, base.top, (base.rows - 1, base.cols - 1), _scale(base))
         self._roots: dict[PageKey, Page] = {}
         self._versions: dict[PageKey, int] = {}
-        self._epoch = 0  # the change of all pages
+        self._epoch = 0  # number of the last change that changed all pages
         self.edits = self.changes = 0
         self.saved_as = ""
         self.wide: dict[Square, int] = {}
@@ -86,7 +86,7 @@ class EditedMap(PagedMap):
 
     @property
     def scale(self) -> Scale:
-        """The quantisation range of its records."""
+        """The quantisation range of the map's records."""
         return _scale(self)
 
     @property
@@ -97,13 +97,15 @@ class EditedMap(PagedMap):
     # --- Editing ------------------------------------------------------------------------------------------------------
 
     def write(self, x: int, y: int, heights: Any) -> tuple[slice, slice] | None:
-        """As `Heightmap.write`, but NaN leaves a post as it is. Records of the nodes there are wide from now on.
+        """Write heights as `Heightmap.write` does, but NaN leaves a post as it is.
+
+        The records of nodes with changed posts are wide from then on.
 
         Raises
         ------
         TerrainError
-            Heights beyond `MAX_HEIGHT_M`, no memory for more edits, or a tile that cannot be read. The map is then
-            unchanged.
+            Heights beyond `MAX_HEIGHT_M` or for voids, no memory for more edits, or a tile that cannot be read. The map
+            is then unchanged.
         """
         area = slice(y, y + heights.shape[0]), slice(x, x + heights.shape[1])
         stored = self.base.lattice_heights(0, *area)
@@ -217,7 +219,7 @@ class EditedMap(PagedMap):
     def take(self, square: Square, levels: Iterable[tuple[np.ndarray, np.ndarray]]) -> list[PageKey]:
         """Store new records and ranges of all nodes inside a square; returns the pages that change.
 
-        They are those of the present heights, one pair for each level from 1 on.
+        `levels` has one pair (records, ranges) for each level from 1 on, computed from the present heights.
         """
         keys: list[PageKey] = []
         self.changes += 1

@@ -1,6 +1,6 @@
 """Records of an edited store: those on disk, widened where posts have moved, or computed anew.
 
-moved, each level    how far posts of each node have moved: they widen its record (`pages.widening`)
+moved, each level    how far posts of each node have moved: these moves widen its record (`pages.widening`)
 errors, ranges       records that were computed anew (rebuilding.py)
 """
 

@@ -1,8 +1,9 @@
 """Light of a paged map: the sun's horizon and the visible sky of each page, made page by page from its windows.
 
 A thread reads the windows around a page (`pages.windows`). Then the GPU sweeps them in 16 azimuths and towards the sun
-(glsl/horizon/around.comp), and keeps the results in the page's slot. A page gets its light once; if the sun moves to
-another azimuth, only its own horizon is made again. A page without light is drawn with the light of a coarser page.
+(glsl/horizon/around.comp), and keeps the results in the page's slot. A page gets its light once. If the sun moves to
+another azimuth, only the horizon for the sun is computed again. A page without light is drawn with the light of a
+coarser page.
 
 A picture that waits makes the light of all pages that it uses. A flight makes some of it in each frame: first the pages
 that are large in the picture.
@@ -34,11 +35,11 @@ from .terrain import PagedTerrain
 from .windows import BORDER, PageWindows, flat_windows, holds, most_windows, side_of, sky_side, windows_of
 
 THREADS = 4
-OF_WINDOWS = 0.05  # part of the memory for tiles that windows around pages may take
-GROUP = 16  # in the demo's window: pages that get light before the next frame shows them
-LIGHT_S = 0.004  # time for the light of pages in a frame of a flight: these seconds, or this share of a long frame
-LIGHTS = 0.2
-LONGEST_S = 1.0
+OF_WINDOWS = 0.05  # share of `memory_bytes` for windows around pages
+GROUP = 16  # most pages that get light in one frame of a flight
+LIGHT_S = 0.004  # least seconds for light in a frame of a flight,
+LIGHTS = 0.2  # or this share of the time since the last frame,
+LONGEST_S = 1.0  # which counts as at most this
 WAIT_S = 0.05
 PATIENCE_S = 30.0  # windows without an answer for this long are not waited for
 
@@ -83,7 +84,7 @@ class PageVisibility:
         return self._at is not None and all(map(self.terrain.is_lit, self.terrain.roots))
 
     def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = 0) -> Steps[None]:
-        """Make the light of the pages in use for this sun. If pictures do not wait: the light of a group of them."""
+        """Make the light of the pages in use for this sun. If pictures do not wait: of at most about `GROUP` pages."""
         self._at = sun, radius
         self.sweep = self.sweep or PageSweep(self.terrain)
         left = self._left()
@@ -139,7 +140,7 @@ class PageVisibility:
         bind("pages/visible.glsl", u_sun_horizon=self.sweep.sun, u_packed=self.sweep.sky)
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: pages whose windows hold edited posts get new light. Until then they keep the old one."""
+        """Follow an edit: pages whose windows hold edited posts get new light, and until then keep their old light."""
         heightmap = self.terrain.heightmap
         waiting = {self._making[0]} if self._making else set()
         for key in [key for key in {*self.terrain.slot_of, *self._reading, *waiting} if holds(heightmap, key, posts)]:
@@ -170,7 +171,7 @@ class PageVisibility:
         return self._sun_of.get(key) == self._towards
 
     def _step(self, left: list[PageKey]) -> bool:
-        """Do a step of the light of the first page whose windows are read; returns whether there is such a page."""
+        """Do one step of the light of a page whose windows have been read; returns whether there is such a page."""
         if self._making is None or self.terrain.slot_of.get(self._making[0]) != self._making[1]:
             self._making = self._begin(left)
         if self._making is None:
@@ -184,7 +185,7 @@ class PageVisibility:
         return True
 
     def _begin(self, left: list[PageKey]) -> tuple[PageKey, int, Iterator[float]] | None:
-        """Begin the light of the most wanted page whose windows are read. If there is none, wait a moment."""
+        """Begin the light of the most wanted page whose windows have been read. If there is none yet, wait a moment."""
         coming = self._ask(left)
         wait([self._reading[key][0] for key in coming], WAIT_S if self.terrain.waits else 0.002, FIRST_COMPLETED)
         done = next((key for key in coming if self._reading[key][0].done()), None)
@@ -201,7 +202,7 @@ class PageVisibility:
         return done, slot, self._light_steps(done, slot, windows)
 
     def _ask(self, left: list[PageKey]) -> list[PageKey]:
-        """Let threads read the windows of the first pages only, as memory allows; returns these pages."""
+        """Let threads read the windows of the first pages of `left`, as many as memory allows; returns these pages."""
         heightmap = self.terrain.heightmap
         bytes_of_page = 4 * (side_of(heightmap.tile) + 1) ** 2 * most_windows(heightmap)
         most = max(1, int(OF_WINDOWS * heightmap.memory_bytes) // bytes_of_page)
@@ -288,7 +289,7 @@ class PagedLighting(Lighting):
         material: str | Values | None = None,
         look: str | Ramp = AUTO,
     ) -> None:
-        """Make the missing light. If pictures do not wait: as much of it as the time of a frame allows."""
+        """Make the missing light. If pictures do not wait: only as much as the time for light in a frame allows."""
         now_s = time.perf_counter()
         end_s = now_s + max(LIGHT_S, LIGHTS * min(now_s - self._flown_s, LONGEST_S))
         steps = self.follow_steps(sun, sky, material, look)

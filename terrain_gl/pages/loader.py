@@ -15,7 +15,7 @@ from .sums import Sums, bytes_at_work, sums_of
 THREADS = 8  # several, because a remote disk answers late: some wait while others work
 TRIES = 2
 PATIENCE_S = 30.0  # a page without an answer for this long counts as missing
-OF_WORK = 0.25  # part of the memory for tiles that pages in progress may take
+OF_WORK = 0.25  # share of `memory_bytes` for pages that are being read or wait for the pool
 
 
 class Loader:

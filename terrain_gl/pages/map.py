@@ -159,7 +159,7 @@ class PagedMap(Heightmap):
         return ""
 
     def coarse(self) -> Heightmap:
-        """A coarse map for choosing a view: the finest level with at most a million posts.
+        """A coarse map for choosing a view: the finest level with at most `COARSE_POSTS` posts that can be read.
 
         Raises
         ------

@@ -29,7 +29,7 @@ def coarser(marks: np.ndarray, rows: np.ndarray, cols: np.ndarray, last: tuple[i
     Parameters
     ----------
     marks
-        A part of a level.
+        The marks of a part of a level.
     rows, cols
         The posts of the coarser level, as rows and columns of the part.
     last
@@ -49,7 +49,7 @@ def coarser(marks: np.ndarray, rows: np.ndarray, cols: np.ndarray, last: tuple[i
 
 
 def known(heights: np.ndarray, marks: np.ndarray | None) -> np.ndarray:
-    """Heights with NaN where they are filled; `marks` are those of the same posts."""
+    """Heights, but NaN at voids; `marks` are the marks of the same posts."""
     if marks is None or not (void := marks & VOID).any():
         return heights
     return np.where(void, np.float32(np.nan), heights)

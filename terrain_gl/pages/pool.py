@@ -1,7 +1,7 @@
 """Pages of a map on the GPU, in a fixed pool of slots, and the page tables, which give the slot of each page.
 
 Pages of the coarsest level are always loaded, so that every place has a height and a bound
-(glsl/pages/bound.glsl). The page above a page, of the next coarser level, is put into the pool first.
+(glsl/pages/bound.glsl). A page is put into the pool only after the page above it, of the next coarser level.
 Nothing here waits for a disk.
 """
 
@@ -21,8 +21,8 @@ from .sums import Sums, bytes_of_slot, counter_words
 from .windows import light_bytes, scratch_bytes
 
 ROW = 1024  # words of a row of the page tables' texture
-LIT = 1 << 31  # bit of a page that has light: glsl/pages/terrain.glsl
-OF_COPIES = 0.5  # part of the memory for tiles that holds the heights of loaded pages
+LIT = 1 << 31  # bit in the page tables: the page has light (glsl/pages/terrain.glsl)
+OF_COPIES = 0.5  # share of `memory_bytes` for copies of the heights of loaded pages
 
 
 class PagePool:
@@ -39,7 +39,7 @@ class PagePool:
     eye_m
         The eye of the present view.
     rim_focal_px
-        The focal length in pixels if rims of holes are to be as sharp as a pixel; 0 if voids are filled.
+        With `--voids hole`, where rims must be sharp to a pixel, the focal length in pixels; 0 if voids are filled.
     waits
         Whether a picture waits for all that it needs.
     """
@@ -121,7 +121,7 @@ class PagePool:
         """Treat all pages except the roots as not loaded. They keep their slots as long as there is room."""
         stamps = self._stamps
         number = self.numbering.number
-        for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: they pass on their last use
+        for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: passes its last use to the page above
             stamps[number(above(key))] = max(stamps[number(above(key))], stamps[number(key)])
             self._hidden[key] = self.slot_of.pop(key)
             self._slots_of[self.numbering.number(key)] = 0
@@ -208,10 +208,10 @@ class PagePool:
         return size * east / max(away_m, 0.5 * size * east)
 
     def spare(self) -> list[PageKey]:
-        """Pages that can be removed, the least recently used first. Roots and pages of this view cannot."""
+        """Pages that can be removed, the least recently used first; no roots, and no pages of the present view."""
         stamps = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}
         roots = set(self.roots)
-        for key in sorted(stamps):  # finest first: a page is in use if one below it is
+        for key in sorted(stamps):  # finest first: a page is in use if a page below it is in use
             if key not in roots:
                 stamps[above(key)] = max(stamps[above(key)], stamps[key])
         old = (key for key, stamp in stamps.items() if stamp < self._stamp and key not in roots)
@@ -281,7 +281,7 @@ class PagePool:
             resource.release()
 
     def _make_tables(self) -> None:
-        """Make the words of the tables: for each page its slot + 1; then the finest page over each of level 0."""
+        """Make the words of the page tables: each page's slot + 1; then the finest page over each page of level 0."""
         total = self.numbering.total
         fine = int(self.numbering.first[1])
         words = np.zeros(-(-(total + fine) // ROW) * ROW, np.uint32)

@@ -1,7 +1,7 @@
 """Compute the records of edited nodes anew, in a thread with an OpenGL context of its own.
 
 A *square* is a node: its record, and those of all nodes inside it, are computed together from its posts (crop.py).
-Small squares come first, so that most bounds are exact soon; then those of the coarsest level. If a square is edited
+Small squares come first, so that most bounds are exact soon; then squares of the coarsest level. If a square is edited
 while it is computed, the result is dropped, and it is computed again.
 """
 
@@ -55,7 +55,7 @@ class Rebuilder:
             return self._found is not None
 
     def want(self, heightmap: EditedMap) -> None:
-        """Begin the next square of a map, unless the thread is busy."""
+        """Begin the next wide square of a map, unless the thread is busy."""
         with self._changed:
             if self._job is None and heightmap.wide:
                 square = min(heightmap.wide)

@@ -62,14 +62,14 @@ class Sheet:
             tile[within] = by(tile[within], values[part]) if by else values[part]
 
     def clear(self, area: Area) -> None:
-        """Reset the entries of an area, and free tiles that then have no others."""
+        """Reset the entries of an area to the fill value, and free tiles that then have no other value."""
         for at, within, _ in self._parts(area):
             if at in self.tiles:
                 self.tiles[at][within] = self.fill
         self.forget_empty(area)
 
     def forget_empty(self, area: Area) -> None:
-        """Free those tiles of an area that have no entries."""
+        """Free those tiles of an area in which all entries have the fill value."""
         for at, _, _ in self._parts(area):
             if at in self.tiles and np.array_equal(self.tiles[at], np.full_like(self.tiles[at], self.fill), True):
                 del self.tiles[at]

@@ -1,7 +1,7 @@
-"""Load the pages that a view needs: choose a mesh, then load finer pages under its patches over tolerance.
+"""Load the pages that a view needs: choose a mesh, then load finer pages under patches whose bound is over tolerance.
 
 If a picture waits, its mesh is chosen again until no patch needs another page. A flight never waits: pages arrive while
-it goes on, first those of the present view, then those of the view a moment ahead. The certificate holds at any time:
+it goes on, first pages of the present view, then pages of the view a second ahead. The certificate holds at any time:
 where a page is missing, the records of a coarser page bound the error.
 """
 
@@ -24,10 +24,10 @@ from .rebuilding import Rebuilder
 from .terrain import PagedTables
 from .wanted import DrawnPatches
 
-AHEAD_S = 1.0  # how far ahead of its motion a flight looks
+AHEAD_S = 1.0  # a flight also loads pages of the view that it will reach after these seconds
 LONGEST_S = 1.0  # longest time between two frames of one motion
-UPLOAD_S = 0.004  # time for copying pages to the GPU in a frame: these seconds, or this share of a long frame
-UPLOADS = 0.2
+UPLOAD_S = 0.004  # least seconds for copying pages to the GPU in a frame of a flight,
+UPLOADS = 0.2  # or this share of the time since the last frame, at most of `LONGEST_S`
 WAIT_S = 0.05
 NO_ROOM = "no room (--gpu-memory)"
 LOADING = "loading"
@@ -45,7 +45,7 @@ class Streaming:
         flight.
     is_repeatable
         Whether a view that waits starts from the coarsest pages. Then its picture does not depend on earlier views.
-        Else finer pages of earlier views stay, and normals are taken from them.
+        Otherwise finer pages of earlier views stay, and normals are computed from these pages.
     progress
         A function that gets the share that is loaded, 0 to 1, while `select` waits; None if nobody wants it.
     clock
@@ -66,7 +66,7 @@ class Streaming:
         self.rebuilder: Rebuilder | None = None
         self.holds_back = False
         self._motion = Motion()
-        self._later: list[PageKey] = []  # pages that the view ahead needs, as it was seen last
+        self._later: list[PageKey] = []  # pages that the view ahead needed when it was last computed
         self._is_complete = False
         self._flown_s = time.perf_counter()
 
@@ -81,7 +81,7 @@ class Streaming:
 
     @property
     def has_news(self) -> bool:
-        """Whether another frame would change: a missing page has been read, or new records are ready."""
+        """Whether the next frame would differ from the last one: a missing page was read, or new records are ready."""
         has_records = self.rebuilder is not None and self.rebuilder.has_ready
         return has_records or (not self._is_complete and self.loader.has_ready)
 
@@ -163,7 +163,7 @@ class Streaming:
         self.rebuilder.want(heightmap)
 
     def _take_rebuilt(self, heightmap: EditedMap) -> None:
-        """Store records that are ready in the map, and replace the pages that hold them."""
+        """Store finished records in the map, and replace the pages that hold them."""
         if self.rebuilder and (keys := self.rebuilder.take(heightmap)):
             self._tables.renew(keys)
             self.loader.follow(heightmap)
@@ -226,7 +226,7 @@ class Streaming:
         ahead = self._motion.ahead(camera, self.clock())
         if ahead is None:
             self._later = []
-        elif self._is_complete:  # the view's own mesh is chosen last, because that one is drawn
+        elif self._is_complete:  # the mesh of the present view is chosen last, because it is the one that is drawn
             patches = DrawnPatches(terrain, choose(ahead), ahead)
             patches.use()
             self._later = self._keys(patches, goal)
@@ -243,7 +243,7 @@ class Streaming:
     # --- Both ---------------------------------------------------------------------------------------------------------
 
     def _place_ready(self, seconds: float = math.inf) -> None:
-        """Put loaded pages into the pool, at least one. A page waits until the page above it is in the pool."""
+        """Put pages that were read into the pool, for some seconds. A page waits until the page above it is there."""
         end = time.perf_counter() + seconds
         terrain = self.terrain
         for key, sums in self.loader.take():

@@ -56,7 +56,7 @@ def counter_words(tile: int) -> int:
 
 
 def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
-    """Summed-area tables of a page, as glsl/error/count.comp counts class counters and squared errors."""
+    """Summed-area tables of a page; glsl/error/count.comp computes the same counters and squares for maps in memory."""
     level = key[0]
     side = heightmap.tile
     base_m, low_m, span_m = quantisation_range(*heightmap.quantised_m)

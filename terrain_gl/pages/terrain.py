@@ -58,13 +58,13 @@ class PagedTerrain(PagePool):
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
         """Give the posts from column x and row y on new heights, (rows, cols); NaN leaves a post as it is.
 
-        The loaded pages show them after `PagedTables.update`. If heights leave the quantisation range, only the
-        coarsest pages stay loaded.
+        The loaded pages have the new heights after `PagedTables.update`. If heights leave the quantisation range, only
+        the coarsest pages stay loaded.
 
         Returns
         -------
         Rect, optional
-            The rectangle of columns and rows (x0, y0, x1, y1) whose pages change; None if no post did.
+            The rectangle of columns and rows (x0, y0, x1, y1) whose pages change; None if no post changed.
         """
         own = self.own
         changed = own.write(x, y, heights)
@@ -174,7 +174,9 @@ class PagedTables:
             self.ranges.write(sums.ranges, offset=sums.ranges.nbytes * slot)
 
     def load(self, keys: Iterable[PageKey]) -> int:
-        """Read pages in this thread, the pages above them first; returns how many were read. Shaders see them at once.
+        """Read pages in this thread, and first the pages above them; returns how many were read.
+
+        Shaders see these pages at once.
 
         Raises
         ------

@@ -11,7 +11,7 @@ from .terrain import PagedTerrain
 
 MOST_LEVELS = 3  # most levels that a patch skips at once
 MOST_PAGES = 32  # most pages that a patch requests at once
-FLAT = 0.05  # least slope of a sight line in the area of a patch: even then, some hills face the eye
+FLAT = 0.05  # least sine of the angle between a sight line and level ground in `areas`: hills face the eye even then
 
 
 class DrawnPatches:
@@ -28,7 +28,7 @@ class DrawnPatches:
     def __init__(self, terrain: PagedTerrain, selection: Selection, camera: Camera) -> None:
         self.terrain = terrain
         surface: Any = selection.surface
-        patches = surface.chosen(selection)  # with hidden ones: their edges are those of patches that are drawn
+        patches = surface.chosen(selection)  # with hidden ones: drawn patches share their edges
         last = np.array([terrain.heightmap.cols - 1, terrain.heightmap.rows - 1])
         low = np.maximum(patches.corner, 0)
         end = np.minimum(patches.corner + patches.size, last)
@@ -60,8 +60,9 @@ class DrawnPatches:
     def open_to(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
         """Which patches may become better with finer pages, and the finest level that is loaded under each patch.
 
-        With a tolerance: patches over tolerance. With a budget: patches whose spacing is as fine as their pages allow.
-        Other patches could have been finer already. If all posts are loaded, finer pages cannot help.
+        With a tolerance: patches over tolerance. With a budget: patches whose spacing is as fine as their pages allow;
+        the pages of other patches would have allowed a finer spacing. Under a patch with all posts loaded, there are no
+        finer pages.
         """
         finest = self.terrain.resident_level(self.boxes, np.clip(self._side_log2 - 6, 0, self.terrain.top_level))
         budget = (self._step_log2 <= finest) & (self.bound_px > 0)

@@ -1,4 +1,4 @@
-"""Wider bounds for nodes with edited posts. They are valid at once, until the records are computed anew.
+"""Wider bounds for nodes with edited posts. They are valid at once, and are used until the records are computed anew.
 
 Let all posts of a closed node change by at most t metres, and its possible vertices, the posts of its four edges, by at
 most v. Every mesh in the node then moves by at most v, because each of its places is a weighted mean of
@@ -33,7 +33,7 @@ class Moves(NamedTuple):
     truth, vertices
         The largest move in metres of the node's posts, and of its possible vertices.
     low, high
-        The lowest and highest new height; inf and −inf without one.
+        The lowest and highest new height; inf and −inf if no post of the node has one.
     """
 
     truth: np.ndarray
@@ -42,11 +42,11 @@ class Moves(NamedTuple):
     high: np.ndarray
 
 
-Span = tuple[int, int]  # first node and the one after the last
+Span = tuple[int, int]  # the first node, and the node after the last one
 
 
 def touched(first: int, end: int, level: int, last: int) -> Span:
-    """Closed nodes that have posts from `first` up to `end`, along one axis; `last` is the map's last post."""
+    """Closed nodes that have posts from `first` to `end` − 1, along one axis; `last` is the map's last post."""
     nodes = -(-last >> level)
     return max(0, first - 1) >> level, min((end - 1) >> level, nodes - 1) + 1
 

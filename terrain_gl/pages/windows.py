@@ -1,7 +1,8 @@
 """The heights that a page's horizons need: windows around the page, each twice as wide and half as fine as the last.
 
 Window 0 has the page's own spacing: the page and an apron around it. Window k has the spacing of the level k above the
-page. So far mountains cost little, and are as exact as their distance needs. All windows have the same number of posts.
+page. Therefore distant mountains cost little, and are as exact as their distance requires. All windows have the same
+number of posts.
 
           ┌───────────────┐
           │   ┌───────┐   │      the horizon of a post in the page P: heights of window 0 as far as it reaches,
@@ -11,8 +12,9 @@ page. So far mountains cost little, and are as exact as their distance needs. Al
           │   └───────┘   │
           └───────────────┘
 
-Windows are a function of the map alone: it does not matter which pages are loaded. The sun's horizon begins with window
-0. The sky's begins with window 1, because its light is soft; this takes a quarter of the time.
+Windows are a function of the map alone: it does not matter which pages are loaded. Horizons for the sun begin with
+window 0. Horizons for the sky begin with window 1, because the sky's light is soft: there the page has a quarter of the
+posts.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from ..gpu import layout
 from .map import PagedMap, PageKey
 
 LEAST_APRON = 16  # posts
-BORDER = 1  # texels of the sky around a page: with them, lookups are bilinear up to its rim
+BORDER = 1  # texels of the sky around a page: with them, lookups are bilinear up to the page's rim
 
 MARGIN = 2 * layout.SKY_TEXEL + 1  # posts around a page whose horizons the texels of its border need
 
@@ -42,8 +44,8 @@ class PageWindows(NamedTuple):
     heights
         (windows, side + 1, side + 1) float32 metres; outside the map, its rim is repeated.
     shift
-        (windows, 2) columns and rows from the first post of a window to the first post of window 0, in the page's
-        posts; negative.
+        (windows, 2) columns and rows from the first post of window 0 to the first post of each window, in the page's
+        posts: 0 for window 0, then negative.
     inside
         (windows, 4) first column and row on the map, then the last ones, in posts of the window.
     """
@@ -93,7 +95,10 @@ def most_windows(heightmap: PagedMap) -> int:
 
 
 def window_count(heightmap: PagedMap, level: int) -> int:
-    """Number of windows of a page of a level. The last one contains the whole map, or is of the coarsest level."""
+    """Number of windows of a page of a level: at least 2, at most `MAX_WINDOWS`.
+
+    Within these limits, the last window contains the whole map, or has the spacing of the coarsest level.
+    """
     count = 2
     side = side_of(heightmap.tile)
     while level + count <= heightmap.top and count < layout.MAX_WINDOWS:

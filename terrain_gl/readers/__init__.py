@@ -1,9 +1,10 @@
 """Readers: they give a raster file as blocks of raw pixel values, so that a large map is never in memory twice.
 
-The first bytes of a file decide its kind, not its name (except .hgt files, which have no header). OpenImageIO reads
-PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI and, without rasterio, TIFF. numpy reads .npy and .hgt. rasterio (GDAL)
-reads TIFF with its tags and other local rasters. Mosaics (.vrt) are assembled from these. Opening a map reads that
-file, its headers beside it and, for a mosaic, the files beside and below it; nothing else.
+The first bytes of a file decide its kind, not its name. Only .hgt, .raw, .r16 and .r32 files, which have no header,
+are recognised by their names. OpenImageIO reads PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI and, without rasterio, TIFF.
+numpy reads .npy and files without a header. rasterio (GDAL) reads TIFF with its tags and other local rasters. Mosaics
+(.vrt) are assembled from such files. Unless the user trusts a file (`How.trusted`), opening it reads the file, its
+headers beside it and, for a mosaic, its sources beside or below it; nothing else.
 """
 
 import os
@@ -71,7 +72,7 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
 
 
 def has_windows(path: str | os.PathLike[str], how: How = How()) -> bool:  # noqa: B008  immutable
-    """Whether GDAL reads windows of this file. It does not for archives, mosaics, pictures and headerless files."""
+    """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files, untrusted mosaics."""
     path = os.fspath(path)
     head = _first_bytes(path, os.fsencode(path).decode("utf-8", "replace"))
     is_packed = head.startswith((_ZIP, _GZIP))
@@ -143,5 +144,5 @@ def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
 
 
 def _has_headers_of_gdal(path: str) -> bool:
-    """Whether headers of GDAL are beside a file: with place, scale and no-data value, or with a mask."""
+    """Whether a file has headers of GDAL beside it: with place, scale and no-data value, or with a mask."""
     return any(os.path.isfile(path + ending) for ending in (".aux.xml", ".msk"))

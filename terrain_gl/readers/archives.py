@@ -23,7 +23,7 @@ Opener = Callable[[str], Raster]
 
 
 def open_gzip(path: str, name: str, opener: Opener) -> Raster:
-    """Open the file in a .gz; its name is that of the archive without .gz."""
+    """Open the file in a .gz. The unpacked file has the archive's name without .gz."""
     inner = os.path.basename(path)
     inner = inner[:-3] if inner.lower().endswith(".gz") else inner
 

@@ -1,4 +1,4 @@
-""".npy arrays and SRTM .hgt tiles through numpy."""
+""".npy arrays, SRTM .hgt tiles, and other files without a header, through numpy."""
 
 from __future__ import annotations
 
@@ -77,14 +77,14 @@ def _hgt_place(path: str, side: int) -> tuple[Spacing | None, Georeference | Non
 RAW_ENDINGS = (".raw", ".r16", ".r32")
 ORDERS = {"little": "<", "big": ">"}  # of the bytes of a number
 _RAW_TYPES = {1: "u1", 2: "u2", 4: "f4"}
-_SMOOTHER = 0.5  # numbers are big-endian if neighbours then differ by at most this share of the other difference
+_SMOOTHER = 0.5  # land is "much smoother" if neighbours differ by less than this share of the other difference
 _SAMPLE_BYTES = 1 << 22
 
 
 def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str | None = None) -> Raster:
     """A file without a header, row after row, as game engines write it: 8 or 16 bits, or 32-bit floats.
 
-    16 bits are unsigned, unless signed numbers give much smoother land: then heights are on both sides of 0.
+    16 bits are unsigned, unless signed numbers give much smoother land: then some heights are below 0.
 
     Parameters
     ----------
@@ -148,10 +148,10 @@ def _variation(values: np.ndarray) -> float:
 
 
 def _roughness(bits: np.ndarray, each: int) -> float:
-    """Mean difference of neighbours along rows, as a share of the range; floats are compared by their order."""
+    """Mean difference of neighbours along rows, as a share of the range; between floats, the floats are counted."""
     if each == 2:
         order = min(_by_sign(bits), key=_variation)
-    else:  # of two negative floats, the lower one has the larger bits
+    else:  # a float's place in the order of all floats; of two negative floats, the lower one has the larger bits
         order = bits.astype(np.int64)
         order = np.where(order < 0, -(order & 0x7FFFFFFF), order)
     extent = float(np.ptp(order))

@@ -1,7 +1,7 @@
-"""The bands of a GDAL raster that are read: heights or colours, and data that tell where there are none.
+"""The bands of a GDAL raster that are read: heights or colours, and opacity, which marks voids.
 
-A file may say "no data here" by a value, which `values` compares, or by opacity: a mask inside the file or beside it
-(.msk), an alpha band, or a palette's transparent entries. Opacity is read as one more channel, 0 where a post is void.
+A file may say "no data here" by a value (readers/values.py), or by opacity: a mask inside the file or beside it (.msk),
+an alpha band, or a palette's transparent entries. Opacity is read as one more channel, 0 where a post is void.
 """
 
 from collections.abc import Sequence
@@ -49,7 +49,7 @@ class Bands:
         return len(self.heights) + self.has_opacity
 
     def read(self, data: Any, window: Any = None, size: tuple[int, int] | None = None) -> np.ndarray:
-        """Pixels (rows, cols, channels) of a window; with `size`, only that many rows and columns, spread over it."""
+        """Pixels (rows, cols, channels) of a window; with `size`, only so many rows and columns, spread over it."""
         where = {"window": window, "out_shape": size}
         pixels = np.stack([data.read(band, **where) for band in self.heights], -1)
         if not self.has_opacity:
@@ -101,7 +101,7 @@ def _name(data: Any, band: int) -> str:
 
 
 def _has_mask(data: Any, first: int) -> bool:
-    """Whether a band has a mask that its no-data value does not give. Alpha bands are read as they are."""
+    """Whether a band has a mask besides its no-data value and the alpha band, which are read in other ways."""
     from rasterio.enums import MaskFlags
 
     return set(data.mask_flag_enums[first]) not in (

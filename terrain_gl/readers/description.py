@@ -1,4 +1,4 @@
-"""The scale in a file's description: our own writers put the options for reading the file at its end."""
+"""Options for reading a file, found in its description: our own writers put them at the description's end."""
 
 import math
 import re

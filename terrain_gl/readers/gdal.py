@@ -114,7 +114,7 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     spacing_m, notes = spacing_of(place, name)
     unit_m, of_heights = vertical_unit_m(data.units[first], place.crs)
     said = said_in(_description(data))
-    nodata = data.nodatavals[first] if bands.greys is None else None  # in a palette, it would be an index
+    nodata = data.nodatavals[first] if bands.greys is None else None  # with a palette, it is an index, not a height
     return Raster(
         name,
         (data.height, data.width, bands.channels),
@@ -171,7 +171,7 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
         return data, band
     layers = _layers(data)
     data.close()
-    if not trusted:  # any other text could be read as the name of another file
+    if not trusted:  # a name with other characters could be read as the name of another file
         layers = {layer: text for layer, text in layers.items() if re.fullmatch(r"[\w/.+-]+", layer)}
     if band in layers:
         return _open_part(layers[str(band)], trusted), None
@@ -184,7 +184,7 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
 
 
 def _layers(data: Any) -> dict[str, str]:
-    """GDAL's name for each layer of a file, by the layer's own name; without bounds of cells if there are others."""
+    """GDAL's name for each layer of a file, by the layer's name. Bounds of cells are left out if others remain."""
     layers = {text.rpartition(":")[2]: text for text in data.subdatasets}
     about = " ".join(data.tags(ns="SUBDATASETS").values())
     thin = set(re.findall(r"\[[\dx]*x[1-4]\] ([\w/.+-]+)", about))  # as in "[100x2] lat_bnds (64-bit floating-point)"

@@ -15,8 +15,9 @@ def metres_per_degree(
 ) -> tuple[float, float]:
     """Length of one degree east and one degree north on an ellipsoid, in metres.
 
-    These are N cos φ and M times π/180. N = a / √(1 − e² sin² φ) and M = a (1 − e²) / (1 − e² sin² φ)^{3/2} are the
-    radii of curvature of the prime vertical and of the meridian (Snyder 1987, Map Projections, eqs. 4-19 to 4-21).
+    The lengths are π/180 · N cos φ and π/180 · M at the latitude φ. N = a / √(1 − e² sin² φ) and
+    M = a (1 − e²) / (1 − e² sin² φ)^{3/2} are the radii of curvature of the prime vertical and of the meridian; a is
+    the semi-major axis, e the eccentricity (Snyder 1987, Map Projections, eqs. 4-19 to 4-21).
     """
     flattening = 1 / inverse_flattening if inverse_flattening else 0.0
     e2 = flattening * (2 - flattening)
@@ -28,12 +29,12 @@ def metres_per_degree(
 
 
 def ground_steps(crs: str, middle: tuple[float, float], steps: Spacing) -> Spacing | None:
-    """Lengths of geodesics over one step of a map, east and north; None if the map has no place there.
+    """Metres on the ground of one step of a map, east and north; None if its middle has no longitude and latitude.
 
     Parameters
     ----------
     crs : str
-        A coordinate system as PROJ takes it. The geodesics lie on its own ellipsoid, which may be another planet's.
+        A coordinate system as PROJ takes it. Lengths are geodesics on its ellipsoid, which may be another planet's.
     middle : (float, float)
         Map coordinates of the middle of both steps.
     steps : (float, float)
@@ -62,7 +63,7 @@ _ROUNDING = 1e-7
 
 @lru_cache(maxsize=16)
 def _angles(crs: str) -> tuple[Any, float, Any]:
-    """The transformer to longitude and latitude of the CRS's own datum, degrees in their unit, and the ellipsoid."""
+    """The transformer to longitude and latitude on the CRS's own datum, the degrees of its unit, and the ellipsoid."""
     flat = flat_crs(crs)  # raises an error if pyproj is missing
     import pyproj
 

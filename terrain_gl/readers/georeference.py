@@ -14,8 +14,8 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.geodesy import WGS84, ground_steps, metres_per_degree
 from terrain_gl.readers.raster import Spacing, gdal_failures
 
-LEAST_STEP = 1e-9  # accepted distances between posts, in any unit
-LARGEST_STEP = 1e6
+LEAST_STEP = 1e-9  # least distance between posts that is accepted, in any unit
+LARGEST_STEP = 1e6  # and the largest
 FINEST_DEGREES = 0.1  # without a CRS, a step below this may be degrees
 EVEN = 1e-3  # distances below this share of a post are rounding errors
 TRUE_SCALE = 5e-3  # a map whose units are this near to metres on the ground keeps its own round numbers
@@ -148,7 +148,7 @@ def _metres(place: Georeference, steps: Spacing) -> tuple[Spacing, tuple[str, ..
 
 
 def _on_the_ground(place: Georeference, steps: Spacing, unit_m: float) -> tuple[Spacing, tuple[str, ...]]:
-    """Metres between posts of a projected map. If its units are not true on the ground, geodesics in mid-map decide."""
+    """Metres between posts of a projected map: its units, or if these are not true on the ground, `ground_steps`."""
     told = steps[0] * unit_m, steps[1] * unit_m
     wkt = _wkt(place.crs) or ""
     try:
@@ -208,7 +208,7 @@ def _ellipsoid(crs: Any) -> tuple[float, float]:
 
 
 def grid_through(posts: Sequence[tuple[float, float]], places: Sequence[tuple[float, float]]) -> Grid | None:
-    """The grid that fits places of posts best (least squares); None if one is more than `MISSES` posts off."""
+    """The grid that fits places of posts best (least squares); None if it misses one by more than `MISSES` posts."""
     columns_rows = np.column_stack([posts, np.ones(len(posts))])
     if np.linalg.matrix_rank(columns_rows) < 3:
         return None
@@ -242,7 +242,7 @@ def vertical_unit_m(unit: str | None, crs: Any) -> tuple[float, tuple[str, ...]]
     """Metres in the unit of height, of the band or else of the CRS's vertical part; and a note if it is unknown."""
     words = re.split(r"[\s_-]+", (unit or "").lower().strip())
     words = [_SINGULAR.get(word, re.sub("(re|er|yard|fathom)s$", r"\1", word)) for word in words]
-    for length in range(len(words), 0, -1):  # a unit may be followed by its datum: metres above sea level
+    for length in range(len(words), 0, -1):  # a datum may follow the unit, as in "metres above sea level"
         known = _UNITS.get(" ".join(words[:length]))
         if known and not any(word.isdecimal() for word in words[length:]):  # m s-1 is a speed
             return known, ()

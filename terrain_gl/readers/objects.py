@@ -71,9 +71,9 @@ def _is_layer(array: Any) -> bool:
 
 
 def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
-    """A DataArray (or the only map of a Dataset) with rows from north to south, and its description.
+    """A DataArray (or the only map of a Dataset) with rows from north to south, and its description as a `Raster`.
 
-    Nothing is computed.
+    Lazy arrays stay lazy: no value is computed.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def _coordinates(array: Any, dim: Hashable, name: str) -> np.ndarray | None:
 
 
 def _grid(x: np.ndarray | None, y: np.ndarray | None) -> Grid:
-    """The transform for posts in the middles of cells; the default transform without coordinates."""
+    """The transform from coordinates of posts, which are the centres of pixels; the default if there are none."""
     if x is None or y is None:
         return Grid()
     a, e = (float(values[-1] - values[0]) / (len(values) - 1) for values in (x, y))

@@ -1,7 +1,7 @@
 """Where a map lies on the Earth: world metres, coordinates of its file, longitude and latitude.
 
-World metres count from the south-west post: x east, y north. They are converted to columns and rows, and these to the
-file's coordinates. So a place is exact, and does not depend on how the spacing was measured.
+World metres count from the south-west post: x east, y north. They are converted to columns and rows, and the columns
+and rows to the file's coordinates. So a place is exact, and does not depend on how the spacing was measured.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class Place:
 
     @property
     def _turn(self) -> float | None:
-        """360 degrees in map units, in systems where a turn of the Earth is a shift to the east; else None."""
+        """360 degrees of longitude in map units; None in systems where this is not the same shift everywhere."""
         if self.crs == DEGREES:
             return 360.0
         return _turn_of(self.crs) if self.crs else None

@@ -1,4 +1,4 @@
-"""A guess of the scale for files without one, if their values cannot be metres."""
+"""A guess of the scale if values cannot be metres, and of the spacing if a file has none."""
 
 import math
 from collections.abc import Callable
@@ -12,10 +12,10 @@ HIGHEST_RELIEF_M = 20_000.0  # about the height of Everest above the deepest sea
 EARTH_M = -11_000.0, 8_900.0  # heights of the deepest sea floor and of Everest
 USUAL_RELIEF_M = 3000.0
 USUAL_RELIEF = 0.2  # relief over extent
-USUAL_SLOPE = 0.4  # slope that a tenth of the land exceeds; of seven real maps 0.28 to 0.62
-BOLD_SLOPE = 0.8  # the same in maps of games
-STEEPEST_RELIEF = 0.5  # largest plausible relief over extent, and largest slope of that tenth
-STEEPEST_SLOPE = 3.0
+USUAL_SLOPE = 0.4  # slope that a tenth of the land exceeds; 0.28 to 0.62 on seven real maps
+BOLD_SLOPE = 0.8  # slope that a tenth of the land exceeds in maps of games
+STEEPEST_RELIEF = 0.5  # largest plausible relief over extent
+STEEPEST_SLOPE = 3.0  # largest plausible slope that a tenth of the land exceeds
 SPACINGS_M = (10.0, 30.0, 90.0, 270.0, 810.0)  # spacings to choose from; free maps of the Earth have 30 and 90 m
 LEAST_SIDE = 256  # posts a side; for smaller maps we do not guess
 _SAMPLES = 1024  # places a side where the slope is measured
@@ -61,7 +61,7 @@ class Sample(NamedTuple):
 
 
 def sample_of(read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int], strip: int) -> Sample:
-    """Sample a map that is read in strips of `strip` rows. The result does not depend on that number."""
+    """Sample a map that is read in blocks of `strip` rows. The result does not depend on `strip`."""
     rows, cols = shape
     step = max(1, -(-max(shape) // _SAMPLES))
     across = slice(0, cols - 1, step)
@@ -80,7 +80,7 @@ def sample_of(read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int]
 
 
 def guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | None) -> Guess:
-    """Guess the scale of a file without one, and the spacing if it is None.
+    """Guess the scale of a file that gives none, and the spacing if it is None.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | Non
 
 
 def plausible_scale(sample: Sample, spacing_m: Spacing) -> tuple[float, tuple[str, ...]]:
-    """Metres per unit of whole numbers that fill 16 bits, as game engines write them: they cannot be metres.
+    """Metres per unit of 16-bit values that cannot be metres, because their range is above `HIGHEST_RELIEF_M`.
 
     The relief becomes a fifth of the longer side, at most 3000 m, and less if a tenth of the land would be steeper than
     `BOLD_SLOPE`.
@@ -123,12 +123,12 @@ def plausible_scale(sample: Sample, spacing_m: Spacing) -> tuple[float, tuple[st
 
 
 def plausible_spacing(sample: Sample) -> tuple[float, tuple[str, ...]]:
-    """The spacing if none is given: 1 m, or more if the land would be too steep for that.
+    """The spacing if none is given: 1 m, or more if the land would be too steep with 1 m.
 
     Returns
     -------
     (float, tuple of str)
-        The spacing, and a note on the choice; 1 and no note if that may be right.
+        The spacing, and a note on the choice; 1 and no note if 1 m may be right.
     """
     side = max(sample.shape) - 1
     low, high = sample.low, sample.high

@@ -42,7 +42,7 @@ class Raster:
     dtype : numpy.dtype
         Type of the stored pixels.
     blocks : generator of (index, pixels)
-        `index` selects rows and columns of the map, `pixels` is (rows, cols, channels). Each comes once.
+        `index` selects rows and columns of the map, `pixels` is (rows, cols, channels). Each post is in one block.
     has_alpha : bool
         The last channel is opacity.
     nodata : float or None
@@ -50,13 +50,13 @@ class Raster:
     spacing_m : (east, north) or None
         Metres between posts, if the file gives them.
     scale, offset_m : float
-        A height is value · scale + offset_m metres; from the file.
+        A height is value · scale + offset_m metres; both numbers come from the file.
     notes : tuple of str
         Notes for the user on how the file was interpreted.
     bands_chosen : bool
         The blocks have only the requested band.
     bands : tuple of str
-        The file's names of its channels without opacity; empty if it has none.
+        The file's names of its channels without opacity; empty if the file names none.
     georeference : Georeference or None
         Where the map lies, north up, if the file gives it.
     """
@@ -139,7 +139,7 @@ def _channels(blocks: Blocks, keep: list[int]) -> Blocks:
 
 
 def rows_at_once(cols: int, unit: int = 1) -> int:
-    """Rows of one block of about BLOCK_POSTS posts. They are whole units (tiles, strips), unless a unit is larger."""
+    """Rows of a block of about BLOCK_POSTS posts: a multiple of `unit` rows, unless a unit is much larger than that."""
     rows = max(1, BLOCK_POSTS // max(cols, 1))
     return rows if unit > 4 * rows else -(-rows // unit) * unit
 

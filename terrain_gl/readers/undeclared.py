@@ -12,11 +12,11 @@ import numpy as np
 
 GAP = 0.1  # a usual mark of voids is farther than this from all other heights, as a share of their range
 HIGHEST_M = 1e5  # no body of the solar system has such heights
-MOST_MARKS = 4  # marks at one end of the heights
+MOST_MARKS = 4  # most marks at one end of the heights
 _SAMPLES = 1024  # posts a side where unusual values are looked for
 FEW = 1e-4  # least share of the posts for a note on a value that is not a usual mark
 _BITS = (15, 16, 31, 32)  # 8 bits are too few: black and white maps have both ends
-# the ends of integer types and their neighbours, which programs keep for this
+# the ends of integer types and their neighbours, which programs use as marks of voids
 _ENDS = {sign * 2**bits + off for bits in _BITS for sign in (-1, 1) for off in (-2, -1, 0, 1)}
 
 
@@ -39,7 +39,7 @@ def undeclared_voids(heights: np.ndarray, scales: tuple[float, float]) -> tuple[
         step = max(1, max(heights.shape) // _SAMPLES)
         return (), _unusual(heights, heights[::step, ::step], scales)
     left = heights[np.isfinite(heights)]
-    for is_low in (True, False, True):  # a mark above may hide one below
+    for is_low in (True, False, True):  # a mark at the high end may hide a mark at the low end
         found = _at_end(left, scales, is_low)
         marks += found
         left = left[~np.isin(left, np.array(found, np.float32))] if found else left
@@ -49,7 +49,7 @@ def undeclared_voids(heights: np.ndarray, scales: tuple[float, float]) -> tuple[
 
 
 def is_usual(value: float, scales: tuple[float, float]) -> bool:
-    """Whether a height is one that programs write for "no data": nines, a power of ten, an end of an integer type."""
+    """Whether programs write this height for "no data": nines, a power of ten, or an end of an integer type."""
     if not math.isfinite(value):
         return False
     stored = float(f"{(value - scales[1]) / scales[0]:.6g}")  # heights are float32

@@ -11,7 +11,7 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.arrays import SRTM_VOID
 from terrain_gl.readers.raster import Raster, listed
 
-_LOSSY = 2  # grey levels
+_LOSSY = 2  # grey levels by which the colours of a grey may differ after lossy compression
 
 
 def read_heights(
@@ -28,7 +28,8 @@ def read_heights(
     scales : (float, float)
         A height is value · scale + offset, in metres.
     nodata : float, optional
-        A value that marks voids, in addition to the raster's own.
+        A value that marks voids, in addition to the raster's own. 16-bit signed rasters without a value of their own
+        use −32768; NaN says that they have none.
     encoding : str
         One of `ENCODINGS`.
     progress : function, optional

@@ -61,7 +61,8 @@ class Box(NamedTuple):
 class Source(NamedTuple):
     """A part of a file and the part of the map that it covers.
 
-    `is_mask`: the values are the band's mask, 0 where it has no data. `is_masked`: only posts with data are copied.
+    `is_mask`: the values are the mask of the band, 0 where the band has no data. `is_masked`: only posts with data are
+    copied.
     """
 
     path: str

@@ -61,7 +61,7 @@ class WindowedRaster(Protocol):
 
     @property
     def is_told(self) -> bool:
-        """Whether the caller has scaled the heights."""
+        """Whether the caller has given a scale or an offset of the heights."""
 
     @property
     def identity(self) -> Any:
@@ -90,12 +90,12 @@ class Reading:
 
     @property
     def is_told(self) -> bool:
-        """Whether the caller has scaled the heights."""
+        """Whether the caller has given a scale or an offset of the heights."""
         return self.z_scale is not None or self.z_offset_m is not None
 
     @property
     def told(self) -> dict[str, str]:
-        """The values that are not the defaults, as text."""
+        """The fields that differ from their defaults, as text."""
         given, usual = asdict(self), asdict(Reading())
         return {name: repr(value) for name, value in given.items() if value != usual[name]}
 
@@ -221,7 +221,10 @@ class RasterFile:
         return without(self.reading.heights(self._pixels(rows, cols), self._raster), self.voids_m)
 
     def find_voids(self) -> tuple[float, ...]:
-        """Find heights that mark voids although the file does not say so, in a sample; adds notes on them."""
+        """Find heights that mark voids although the file does not say so, and add notes on them.
+
+        In a file that GDAL reads, a sample of posts is looked at; in any other file, all posts.
+        """
         if self.reading.nodata is not None:
             return ()
         few = self.sample((min(self.shape[0], _SAMPLES), min(self.shape[1], _SAMPLES)))
@@ -231,7 +234,7 @@ class RasterFile:
         return marks
 
     def guess(self, spacing_m: float | Spacing | None = None) -> None:
-        """Guess a scale if the values cannot be metres, and a spacing if none is known; adds notes on them."""
+        """Guess a scale if the values cannot be metres, and a spacing if none is known; add notes on both."""
         if self.reading.is_told or self.reading.encoding != "plain":
             return
         known_m = self.spacing_m if spacing_m is None else both(spacing_m)
@@ -271,7 +274,7 @@ class RasterFile:
         self.__dict__.update(state, _raster=raster, _open=threading.local())
 
     def _pixels(self, rows: slice = _ALL, cols: slice = _ALL, out: tuple[int, int] | None = None) -> np.ndarray:
-        """Pixels of a window; with `out`, only that many rows and columns, spread over it."""
+        """Pixels of a window; with `out`, only so many rows and columns, spread over the window."""
         rows, cols = (slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True))
         if not self._by_window:
             return self._whole()[rows, cols]

@@ -43,7 +43,7 @@ def build(
     tell: Callable[[WindowedRaster], None] | None = None,
     look: str = "auto",
 ) -> dict[str, Any]:
-    """Build a store of a map of any size. The source is read once, window by window, and is never written.
+    """Build a store of a map of any size. The source is read window by window, and is never written.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ class BuildJournal:
 
     @property
     def has_water(self) -> bool:
-        """Whether the map's own heights have water."""
+        """Whether water was found in the map's heights."""
         return any(self.results[task]["has_water"] for task in of_all(self.job.pyramid))
 
     @property
@@ -236,7 +236,7 @@ class BuildJournal:
         arrays = Arrays(job.path, job.pyramid)
         arrays.write_checks(checks.values)
         arrays.write_about(about)
-        os.replace(self.folder, self._built)  # in one step, so that no half removed folder is left
+        os.replace(self.folder, self._built)  # in one step: an interrupted build leaves no half-removed folder
         shutil.rmtree(self._built)
         return read_about(job.path)
 

@@ -1,12 +1,12 @@
 """Stores of large rasters that are made when a raster is first drawn, in the user's cache folder.
 
     $XDG_CACHE_HOME/terrain-gl/stores/KEY/map.zarr      by default under ~/.cache (XDG Base Directory Specification 0.8)
-                                      KEY/source.json   the raster; its time is that of the last use
+                                      KEY/source.json   path of the raster; the file's time is that of the last use
                                       KEY.lock          held by all processes that use the store
                                       limit.json        the most bytes that all stores may take
 
-KEY is a hash of the raster's files, with sizes and times, of the options that it is read with, and of the version. If
-the stores take more than the limit, the least recently used ones are removed, but none that is in use.
+KEY is a hash of the names, sizes and times of the raster's files, of the options for reading it, and of the program's
+version. If the stores take more than the limit, the least recently used stores are removed, except stores in use.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ from .build import build
 from .format import VERSION, zarr_library
 from .opened import StoredMap
 
-PAYS_POSTS = 4096 * 4096  # a raster with fewer posts is drawn from memory sooner than from its store: docs/stores.md
+PAYS_POSTS = 4096 * 4096  # a raster with fewer posts is drawn sooner if no store is made first: docs/stores.md
 MOST_BYTES = 10 << 30
 _STORE = "map.zarr"
 _SOURCE = "source.json"
@@ -48,7 +48,7 @@ class CachedStore(NamedTuple):
 
 
 def folder() -> Path:
-    """The folder of all stores, which need not exist."""
+    """The folder of all stores; it may not exist yet."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     return Path(base) / "terrain-gl" / "stores"
 
@@ -80,7 +80,7 @@ def stored(
     spacing_m: float | Spacing | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> StoredMap:
-    """The store of a raster, which is built at its first use. While this process lives, no other one removes it.
+    """The store of a raster, which is built at its first use. While this process lives, no process removes the store.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def stored(
     try:
         fcntl.flock(lock, fcntl.LOCK_SH)
         if not _is_finished(place):
-            fcntl.flock(lock, fcntl.LOCK_EX)  # another process may have finished it meanwhile
+            fcntl.flock(lock, fcntl.LOCK_EX)  # waits for a process that builds the same store
             _make(place)
             _write(place / _SOURCE, {"source": os.path.abspath(path)})
             build(path, place / _STORE, spacing_m, reading, progress=progress)

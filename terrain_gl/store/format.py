@@ -44,7 +44,7 @@ FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were 
     "marks": ("uint8", 0, 1),
 }
 _OF_POSTS = ("heights", "marks")  # the other fields are of nodes
-_TOLD_MISSING = ("heights", "errors")  # fields in which entries that were never written have a value of their own
+_TOLD_MISSING = ("heights", "errors")  # in these fields, no valid entry equals the value of entries never written
 
 
 def fields_of(level: int, is_marked: bool) -> Iterator[str]:
@@ -180,7 +180,7 @@ class Arrays:
 
 
 def is_store(path: str | os.PathLike[str]) -> bool:
-    """Whether this is the folder of a Zarr v3 group."""
+    """Whether a folder has the file `zarr.json`, as each Zarr v3 group has."""
     return os.path.isfile(os.path.join(path, "zarr.json"))
 
 
@@ -190,7 +190,7 @@ def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     TerrainError
-        The folder holds no store, an unfinished store, or a store of a later version.
+        The folder holds no store, an unfinished store, or a store of another format.
     """
     name = os.fspath(path)
     try:

@@ -17,7 +17,7 @@ WORK = ".build"  # folder of a build that is not finished
 
 
 class Task(NamedTuple):
-    """One task: a phase, its level, row and column of the shard."""
+    """One task: a phase, a level, and the row and column of a shard."""
 
     phase: str
     level: int
@@ -42,7 +42,7 @@ class BuildJob:
     voids
         The number of voids; None until all heights are read.
     has_water
-        Whether the map's own heights have water.
+        Whether water was found in the map's heights.
     """
 
     path: str
@@ -74,7 +74,7 @@ class BuildJob:
 
     @property
     def parts(self) -> Path:
-        """Folder of the coarse records of each shard of posts."""
+        """Folder of the files by which tasks pass on results."""
         return Path(self.path) / WORK / "parts"
 
 

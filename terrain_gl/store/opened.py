@@ -14,7 +14,7 @@ from .format import Arrays, georeference_of, pyramid_of, read_about
 from .pyramid import StoreSizes
 from .tiles import Checks, Tiles
 
-OF_TILES = 0.25  # part of the memory for tiles that holds the most recently read ones
+OF_TILES = 0.25  # share of `memory_bytes` for the most recently read tiles
 
 
 class StoredMap(PagedMap):
@@ -65,7 +65,7 @@ class StoredMap(PagedMap):
         return int(OF_TILES * self.memory_bytes)
 
     def limit(self, gpu_bytes: int, memory_bytes: int) -> None:
-        """Set how much memory the map's tiles may take."""
+        """Set the limits of the GPU memory for pages, and of this process's memory for tiles."""
         self.gpu_bytes = gpu_bytes
         self.memory_bytes = memory_bytes
         self.tiles.most_bytes = self._most_bytes

@@ -35,7 +35,7 @@ class StoreSizes(NamedTuple):
 
     @property
     def top(self) -> int:
-        """The coarsest level: the top of the map's tree, or the level whose nodes are as large as a shard."""
+        """The coarsest level: the top of the map's tree, or, if finer, the level with nodes as large as a shard."""
         return min(len(quadtree(self.cols, self.rows)) - 1, self.shard.bit_length() - 1)
 
     @property
@@ -58,13 +58,13 @@ class StoreSizes(NamedTuple):
 
 
 def areas(shape: tuple[int, int], side: int) -> Iterator[tuple[int, int]]:
-    """Row and column of each square of an array."""
+    """Row and column of each square of `side` × `side` entries of an array."""
     for row in range(-(-shape[0] // side)):
         for col in range(-(-shape[1] // side)):
             yield row, col
 
 
 def area(shape: tuple[int, int], side: int, at: tuple[int, int], beyond: int = 0) -> Area:
-    """One square of an array, with `beyond` more entries at its far sides, cut at the array's rim."""
+    """One square of an array, with `beyond` more entries to the south and the east, cut at the array's rim."""
     rows, cols = (slice(k * side, min((k + 1) * side + beyond, n)) for k, n in zip(at, shape, strict=True))
     return rows, cols

@@ -19,7 +19,7 @@ from ..readers.raster import one_line
 
 CONNECT = "20s"  # longest wait for a scheduler's answer
 TRIES = 4  # how often a task is tried if its worker dies
-GRACE_S = 5.0  # at the end, a process may go on with its task for this long
+GRACE_S = 5.0  # at the end, a process has this long to finish its task
 AHEAD = 2  # tasks for each worker that are begun before their results are needed
 Perform = Callable[[Any, Any], Any]  # from a job and a task to a result
 
@@ -56,7 +56,7 @@ class Processes:
         self._begin()
 
     def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
-        """Pairs of a task and its result, as they end."""
+        """Pairs of a task and its result, in the order in which tasks end."""
         running = {self._pool.submit(perform, job, task): task for task in tasks}
         try:
             for done in as_completed(running):
@@ -81,7 +81,7 @@ class Processes:
         return _in_order(tasks, begin, lambda: self._workers, BrokenProcessPool)
 
     def close(self) -> None:
-        """End the processes. They may finish a task, but no longer than `GRACE_S`: a killed process may hold a lock."""
+        """End the processes. Each has `GRACE_S` to finish its task, because a killed process may hold a lock."""
         ending = threading.Thread(target=self._pool.shutdown, kwargs={"wait": True, "cancel_futures": True})
         ending.start()
         ending.join(GRACE_S)
@@ -109,7 +109,7 @@ class Cluster:
             raise TerrainError(f"{address}: no Dask scheduler answers there ({one_line(error)})") from None
 
     def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
-        """Pairs of a task and its result, as they end."""
+        """Pairs of a task and its result, in the order in which tasks end."""
         from distributed import as_completed
 
         completed: Any = as_completed

@@ -1,8 +1,8 @@
-"""Tiles of a store, verified: each is compared with the checksum that was stored when the store was built.
+"""Tiles of a store, verified: each tile is compared with the checksum that was stored when the store was built.
 
-The checksum is one of the values (CRC-32), and is kept for one place of one store. So it finds errors that the checksum
-inside a shard cannot find: a tile of another place, or of an earlier store. The store's description has a hash of the
-list of all checksums.
+The checksum (CRC-32) is computed from the tile's values, and stored for the tile's place. So it finds errors that the
+checksum inside a shard cannot find: a tile of another place, or of an earlier store. The store's description has a hash
+of the list of all checksums.
 """
 
 import hashlib

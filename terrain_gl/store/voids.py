@@ -1,9 +1,9 @@
 """Fill the voids of a source shard by shard, with the same bits as for a map in memory (`terrain.filling`).
 
-halve            known heights of a shard, on levels of half the size each: means of 2 × 2 posts
-fill_coarsest    the coarsest of these levels, of the whole map: a shard has `SIDE` posts a side there
-fill             a shard, from the coarsest level down: each level needs `AROUND` filled posts around the shard,
-                 and twice as many known posts
+halve            compute the known heights of a shard on coarser levels: each has means of 2 × 2 posts of the last
+fill_coarsest    fill the coarsest of these levels, of the whole map: a shard has `SIDE` posts a side there
+fill             fill a shard, level by level, from the coarsest down. Each level needs the filled heights of the
+                 coarser level, with `AROUND` posts around the shard, and its own known heights, with twice as many
 replace          write the filled shard, when no other task needs the unfilled heights
 """
 
@@ -19,7 +19,7 @@ from .pyramid import Area, StoreSizes, area
 
 SIDE = 32
 AROUND = 16
-assert AROUND >= SWEEPS + 2 and SIDE >= 2 * AROUND  # neighbours have all that a shard needs
+assert AROUND >= SWEEPS + 2 and SIDE >= 2 * AROUND  # all that a shard needs lies in the shards next to it
 
 
 def note(job: BuildJob, task: Task, void: np.ndarray) -> None:

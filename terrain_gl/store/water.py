@@ -1,4 +1,4 @@
-"""Find the water in a source's own heights. The result is that for a map in memory (`terrain.water`), post for post.
+"""Find water in the heights of a source. The result equals that for a map in memory (`terrain.water`), post for post.
 
 note    lowest and highest height of a shard's part of each tile
 find    the tiles of the whole map that are water
