@@ -1,7 +1,7 @@
 """Try a back end in a separate process first, because a missing or broken driver may end the process.
 
 Mesa ends the process if GALLIUM_DRIVER names a driver that it does not have, such as d3d12 of WSL. EGL, the first
-choice, normally reports an error instead. It is tried in a separate process only if the environment names a driver.
+choice, normally reports an error instead. So EGL is tried in a separate process only if the environment names a driver.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""The few OpenGL calls that moderngl does not wrap: depth range, limits, capture of tessellated patches."""
+"""The few OpenGL calls that moderngl does not wrap, such as depth range, limits, and capture of tessellated patches."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ def function(ctx: moderngl.Context, name: str, result: Any, *arguments: Any) -> 
 
 
 def is_software(ctx: moderngl.Context) -> bool:
-    """Whether the processor draws. It has few cores, and every work group takes time to start."""
+    """Whether the processor draws. A processor has few cores, and every work group takes time to start."""
     return str(ctx.info["GL_RENDERER"]).startswith(SOFTWARE)
 
 
 def wants_few_groups(ctx: moderngl.Context) -> bool:
-    """Whether kernels are divided for a processor; `CODE_FOR=gpu` in the environment divides them as for a GPU."""
+    """Whether kernels run in few work groups, as suits a processor; `TERRAIN_GL_CODE_FOR=gpu` forbids it, for tests."""
     return is_software(ctx) and os.environ.get(CODE_FOR) != "gpu"
 
 
@@ -81,7 +81,7 @@ def write_uniforms(program: Any, **values: Any) -> None:
     A value that was written last time is not written again: only this function may set these uniforms.
     """
     written = _written(program)
-    if written.get("last") == values:  # most programs get the same values in each frame; nothing in GLSL has this name
+    if written.get("last") == values:  # most programs get the same values in each frame; no uniform is called "last"
         return
     for name, value in values.items():
         name = f"u_{name}"
@@ -121,7 +121,7 @@ def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
 
 
 def use_default_framebuffer(ctx: moderngl.Context) -> None:
-    """Bind framebuffer 0. Otherwise moderngl later binds the last one again: an error if that was released."""
+    """Bind framebuffer 0. Otherwise moderngl later binds the last framebuffer again: an error if it was released."""
     ctx.detect_framebuffer(0).use()
 
 
@@ -133,7 +133,7 @@ def release_with_pixels(framebuffer: moderngl.Framebuffer) -> None:
 
 
 def limits(ctx: moderngl.Context) -> dict[str, int]:
-    """The driver's limits, in texels, bytes or counts; also `viewport_size`, the smaller side."""
+    """The driver's limits, in texels, bytes or counts; also `viewport_size`, the largest side of a square viewport."""
     get = function(ctx, "glGetInteger64v", None, c_uint, POINTER(c_int64))
     pair = (c_int64 * 2)()
 

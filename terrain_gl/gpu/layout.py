@@ -22,8 +22,8 @@ NARROW_CLASSES = 56
 NARROW_OCTAVES = 0.125  # octaves of a narrow class
 LAST_OCTAVES = 1.75  # octaves of each of the last four classes
 NARROW_CELLS = 16.0  # narrow classes begin at the width of this many cells of the map
-SKY_TEXEL = 3  # in stores: cells a side of a texel of the sky's visibility, of every second post
-MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as fine as the last
+SKY_TEXEL = 3  # in stores: cells along a side of a texel of the visible sky; each cell is two posts wide
+MAX_WINDOWS = 16  # most windows around a page of a store; each is half as fine as the one before
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
 VOID = 1  # bits of a post's mark
 WET = 2
@@ -141,7 +141,7 @@ class Patches(NamedTuple):
     step_log2: np.ndarray  # log2 of the posts between vertices: negative if cells are cut
     edges_log2: np.ndarray  # (n, 4) log2 of the segments of the west, north, east and south edge
     fan: np.ndarray  # whether a leaf of the quadtree is one fan
-    bound_px: np.ndarray  # negative without a bound
+    bound_px: np.ndarray  # negative if the patch has no bound
 
     @property
     def size(self) -> np.ndarray:
@@ -195,9 +195,9 @@ class Level(NamedTuple):
 
 
 def quadtree(cols: int, rows: int, least_top: int = 1) -> list[Level]:
-    """Levels of the quadtree over a map of cols × rows posts, from its cells to one node over all of it.
+    """Levels of the quadtree over a map of cols × rows posts, from its cells to one node over the whole map.
 
-    There are `least_top` levels above the cells, or more.
+    There are at least `least_top` levels above the cells.
     """
     top = max(least_top, (max(cols, rows) - 2).bit_length())
     levels: list[Level] = []

@@ -94,7 +94,7 @@ class OSMesaLoader:
 
 
 def _let_go_of_egl() -> None:
-    """Release EGL's current context. Otherwise EGL takes it for current still, when OSMesa has made its own current."""
+    """Release EGL's current context. Otherwise EGL still counts it as current after OSMesa has made its own current."""
     with contextlib.suppress(OSError):
         ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 

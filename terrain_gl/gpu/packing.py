@@ -41,7 +41,7 @@ def pack_range(low_m: np.ndarray, high_m: np.ndarray, least_m: float, span_m: fl
 
 
 def square_up(share: np.ndarray) -> np.ndarray:
-    """Squared errors as fractions of span², float32, in 64-bit fixed point: rounded up."""
+    """Squared errors, float32 fractions of span², as 64-bit fixed-point numbers, rounded up."""
     s = share * np.float32(8) * np.float32(1 + 2.0**-18)
     high = np.floor(s)
     fixed = ((s - high) * np.float32(2.0**32)).astype(np.uint64) + (high.astype(np.uint64) << np.uint64(32))

@@ -1,8 +1,8 @@
 """Check the certificate's assumptions about a driver's tessellator, on the captured triangles of a few patches.
 
-OpenGL leaves to the driver how it joins the vertices of a patch's edge with those inside. The bound of a cell whose
-edges are cut (docs/guarantee.md, section 3) holds if each triangle stays within one cell, and has new vertices on at
-most one edge. A fan needs its centre in every triangle.
+OpenGL does not say how a driver joins the vertices on a patch's edge with the vertices inside. The bound of a cell
+whose edges are cut (docs/guarantee.md, section 3) holds if each triangle stays within one cell, and has new vertices on
+at most one edge. A fan needs its centre in every triangle.
 """
 
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ import numpy as np
 
 from . import gl, shaders
 
-SIDE = 64  # of a patch; the most segments of an edge
+SIDE = 64  # places along a side of a patch: the most segments of an edge
 PATCHES = (  # segments of the edges u = 0, v = 0, u = 1, v = 1, and inside
     (2, 2, 2, 2, 2),
     (4, 4, 4, 4, 4),

@@ -1,8 +1,8 @@
 """Before the first picture, find out whether the driver computes wrongly, and say what to do.
 
-A certificate is only as good as the arithmetic under it. So each driver has to pass, once in a process: summed-area
-tables of several sizes, made by the same kernels with other bounds of their loops; rounding to nearest; products and
-sums that `precise` keeps apart; quotients, square roots and powers of two as close as the bounds assume
+A certificate is only as good as the arithmetic under it. So each driver has to pass these tests, once in a process:
+summed-area tables of several sizes, made by the same kernels, whose loops then have other bounds; rounding to nearest;
+products and sums that `precise` keeps apart; quotients, square roots and powers of two as close as the bounds assume
 (docs/precision.md, section 3); the triangles of tessellated patches (`pattern`).
 """
 
@@ -22,7 +22,7 @@ PHASES = ("reduce", "scan", "propagate")  # of prefix sums: glsl/sat
 STRIP = 4  # words that one thread of a phase adds up
 SIZES = ((64, 64), (300, 1), (1, 300))  # columns and rows: for the last, zink may take the loop bound of the first
 OPERANDS = 256
-POWERS = 8  # of two, from 1/8 to 16
+POWERS = 8  # operands that are powers of two, from 1/8 to 16
 QUOTIENT = 3 * 2.0**-23  # largest relative error: GLSL allows 2.5 units in the last place
 POWER = 2.0**-19  # class limits are compared with a slack of 2^-18
 ROOT = 2.0**-20
@@ -54,7 +54,7 @@ def check_driver(ctx: moderngl.Context) -> None:
 def inlines_uniforms(renderer: str) -> bool:
     """Whether zink compiles values of uniforms into shaders, as it does by default on a processor.
 
-    Then Mesa 22.3 sums up wrongly in some processes and rightly in others, so to try it once is not enough.
+    Then Mesa 22.3 sums up wrongly in some processes and rightly in others, so one trial does not show it.
     """
     return renderer.startswith("zink (llvmpipe") and os.environ.get(_INLINE) != "0"
 
@@ -97,7 +97,7 @@ def _sum_lines(ctx: moderngl.Context, kernels: list[moderngl.ComputeShader], **l
 def _operands() -> np.ndarray:
     """Operands x, y, z, w: z is almost −x y, so that x y + z shows whether x y was rounded. w is in [1/8, 16].
 
-    The first ones have 1 for x and a power of two for w.
+    The first `POWERS` operands have 1 for x and a power of two for w.
     """
     rng = np.random.default_rng(1)
     x, y = (rng.uniform(1, 2, (2, OPERANDS)) * 2.0 ** rng.integers(-3, 4, (2, OPERANDS))).astype("f4")

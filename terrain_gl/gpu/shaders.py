@@ -3,8 +3,8 @@
 `#include "sat/box.glsl"` takes a path from the root of `glsl/`; each file is included once. The loader writes
 `#version 430 core`, the sizes that shaders share with Python (`layout.DEFINES`) and the defines of the call; the files
 contain none of them. If only some pages of a map are on the GPU, PAGED is defined. Then a file of `pages/` follows the
-file of the same name, and defines the functions that it leaves out. Comments are blanked first: an include in a comment
-is not followed, and drivers see plain ASCII.
+file of the same name, and defines the functions that the other file leaves out. Comments are blanked first: an include
+in a comment is not followed, and drivers see plain ASCII.
 """
 
 import re

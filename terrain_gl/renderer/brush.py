@@ -36,8 +36,8 @@ class Brush:
     ----------
     tool
         One of `TOOLS`. "raise" and "lower" move the ground; "smooth" moves it towards the mean of its neighbourhood,
-        "flatten" towards the height in the middle; "cliff" raises the half of the footprint that faces away from
-        `azimuth_deg`.
+        "flatten" towards the height in the middle; "cliff" raises the half of the footprint that lies opposite to the
+        direction `azimuth_deg`.
     radius_m
         Radius of the footprint, a circle on the map.
     strength
@@ -73,7 +73,7 @@ class Brush:
 
 
 def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
-    """New heights after dabs at places in world metres, one after the other; None if no post lies under any.
+    """New heights after dabs at places in world metres, one after the other; None if no post lies under any dab.
 
     Voids stay voids. Heights are clipped to `MAX_HEIGHT_M`.
     """

@@ -17,7 +17,7 @@ _CELL = np.array([240, 120])  # a grid has at most one label a cell
 _HALF = np.array([28, 9])  # columns and rows from the middle of a label to its sides
 _APART = 320  # from one label to the next of the same height
 _STEP = 2  # every second pixel is looked at
-_RIDGE = 1.25  # if the depths under a label have a larger quotient, a ridge is in front of land
+_RIDGE = 1.25  # largest over smallest depth under a label; if it is larger, a ridge stands in front of other land
 
 
 def contour_labels(
@@ -69,7 +69,7 @@ def _places(levels: np.ndarray, z: np.ndarray, scale: float) -> np.ndarray:
 
 
 def _apart(names: list[str], places: np.ndarray, scale: float) -> list[Label]:
-    """The names nearest to the middle of each cell of the grid, without names that are near to the same name."""
+    """At most one name in each cell of the grid, the one nearest to its middle; equal names keep apart (`_APART`)."""
     cell = places / (_CELL * scale)
     from_middle = np.abs(cell - np.floor(cell) - 0.5).max(-1)
     found: dict[tuple[int, ...], Label] = {}

@@ -155,9 +155,9 @@ class Inspector:
 
     @in_session
     def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
-        """Triangles over the whole map whose surface is nowhere further than `max_error_m` from the truth.
+        """Triangles over the whole map whose heights differ nowhere by more than `max_error_m` from the truth.
 
-        There is no camera. The last frame is lost.
+        No camera is needed. The last frame is lost.
 
         Returns
         -------

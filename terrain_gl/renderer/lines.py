@@ -121,7 +121,7 @@ def on_land(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
 def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
     """Places along a straight leg, (n, 2): its start, and where it crosses rows and columns of posts, without its end.
 
-    If there are more than `most`, the places are `most` places at equal distances.
+    If these are more than `most` places, the result is `most` places at equal distances instead.
     """
     cells = np.stack([start, end]) / spacing_m
     shares = [np.zeros(1)]

@@ -14,7 +14,7 @@ from ..shade.picture import Picture
 from .lines import on_land
 from .overlay import Overlay
 
-_SLACK = 0.985  # of a depth, as in glsl/view/lines.frag: a point lies on land, which is drawn within a tolerance
+_SLACK = 0.985  # a point up to 1.5 % behind the drawn land, which has errors, counts as visible: glsl/view/lines.frag
 
 
 class Label(NamedTuple):

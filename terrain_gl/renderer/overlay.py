@@ -31,7 +31,7 @@ class Overlay(NamedTuple):
     points
         Columns and rows of all points, (m, 2).
     names
-        The names of the points, "" for those without one; or none at all.
+        The names of the points, "" for points without a name; empty if there are no names.
     """
 
     lines: tuple[np.ndarray, ...]
@@ -47,15 +47,15 @@ def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overl
     source
         The path of a file of GeoJSON, GPX, KML, KMZ, TCX, NMEA or IGC, a GeoJSON mapping, or any object with
         `__geo_interface__`, such as a GeoDataFrame or a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless
-        it has a member "crs". Objects are in their `crs`; without one, in the map's own coordinates; if the map has
-        none, in metres from its south-west post.
+        it has a member "crs". The coordinates of an object are in its `crs`; without a `crs`, in the coordinates of the
+        map; if the map has no coordinates, in metres from its south-west post.
     label
         The property of a point that is its name.
 
     Raises
     ------
     TerrainError
-        The source is no GeoJSON, or its coordinates cannot be converted to the map's. The message names the file.
+        The source cannot be read, or its coordinates cannot be converted to the map's. The message names the file.
     """
     name, content, crs = _loaded(source)
     try:

@@ -63,7 +63,7 @@ class Renderer:
     size
         Width and height of the picture in pixels.
     backend
-        "egl", "osmesa", "glfw", or "auto" for the first that works without a display.
+        "egl", "osmesa", "glfw" (needs a display), or "auto" for the first of these that works.
     ctx
         A moderngl context to use; by default a new one is made. Drawing changes its state: clip-space depth from 0 to
         1, a reversed depth test, patches of one vertex.

@@ -141,7 +141,7 @@ _READERS = {"gpx": _gpx, "kml": _kml, "TrainingCenterDatabase": _tcx}
 
 
 def _feature(points: Pairs, name: str = "") -> dict[str, Any]:
-    """A line, or a point if there is only one; without points, nothing."""
+    """A line, or a point if there is only one place; without places, a line of no points, which draws nothing."""
     kind, coordinates = ("Point", points[0]) if len(points) == 1 else ("LineString", points)
     return {"type": "Feature", "properties": {"name": name}, "geometry": {"type": kind, "coordinates": coordinates}}
 

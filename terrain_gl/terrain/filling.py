@@ -4,7 +4,7 @@ import numpy as np
 
 from ..basics.rect import Rect, hull
 
-SWEEPS = 6  # relaxation sweeps at each level; more of them make no visible difference
+SWEEPS = 6  # relaxation sweeps at each level; more sweeps make no visible difference
 
 
 def fill_voids(heights: np.ndarray) -> np.ndarray:
@@ -52,7 +52,7 @@ class Filling:
         return changed
 
     def _push_again(self, level: int, posts: Rect, above: Rect) -> Rect:
-        """Fill a level again around changes in it and above; returns a rectangle with `posts` and all changes."""
+        """Fill a level again around changes in it and in the coarser level; returns the hull of `posts` and changes."""
         known = self.known[level]
         filled = self.filled[level]
         below = 2 * above[0] - 1, 2 * above[1] - 1, 2 * above[2] + 2, 2 * above[3] + 2

@@ -28,9 +28,9 @@ class Terrain:
     Parameters
     ----------
     like
-        A terrain of the same posts: its water is taken over. If it has the same heights, its filled voids are, too.
+        A terrain of the same posts: its water is used again. If it has the same heights, so are its filled voids.
     least_top
-        The least level of the one node over the map.
+        The level of the one node over the whole map is at least this.
     filled
         The heights with voids filled, (rows, cols); None to fill them here. For a part of a map, give the part of the
         whole map's filled heights.
@@ -107,7 +107,7 @@ class Terrain:
 
     @property
     def has_water(self) -> bool:
-        """Whether there is water in the map's own heights: see `water.water_posts`."""
+        """Whether water was found in the map's heights: see `water.water_posts`."""
         return self._water is not None
 
     @property
@@ -308,7 +308,7 @@ class Water(NamedTuple):
 
     @classmethod
     def of(cls, heights: np.ndarray) -> Water | None:
-        """The water in a map's own heights."""
+        """The water that is found in a map's heights."""
         posts = water_posts(heights)
         if posts is None:
             return None

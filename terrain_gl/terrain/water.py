@@ -1,4 +1,4 @@
-"""Water in a map's own heights: large areas of exactly one height from which water cannot run off.
+"""Find water in a map's heights: large areas of exactly one height from which water cannot run off.
 
 Maps store lakes and the sea as one height. But heights in whole metres also make terraces of gentle land. A terrace has
 a step up on one side and a step down on the other. Water has no side with a step down, except at an outlet.
@@ -8,7 +8,7 @@ import numpy as np
 
 LEAST_SIDE = 8  # least side of a tile, in posts; areas are sets of tiles
 MOST_TILES = 512  # most tiles along a side of the map: larger maps have larger tiles
-LEAST_TILES = 100  # least tiles of an area (6400 posts): a smaller one may be the bed of a dry basin
+LEAST_TILES = 100  # least tiles of an area (6400 posts): a smaller area may be the bed of a dry basin
 LEAST_OF_SEA = 24  # least tiles of an area at height 0
 OUTLET = 0.08  # largest share of the tiles around an area that may lie lower, with no post above the area
 

@@ -109,7 +109,7 @@ class Explanation:
     tolerance_px, metric
         The requested tolerance and its metric.
     bound_px
-        The bound of the patch together with its cut edges; None if its record has none.
+        The bound of the patch together with its cut edges; None for a quadtree.
     hidden_by
         If the patch is hidden, and so not drawn: the ridge in front of it, x and y in world metres.
     joined

@@ -134,7 +134,8 @@ class Measurement:
     ) -> np.ndarray:
         """Screen error at points of the map, (n, 2) columns and rows of posts: (n,) pixels.
 
-        The error is interpolated between the measured places around the point that are in the picture; NaN without any.
+        The error is interpolated between the measured places around the point that are in the picture; NaN if there are
+        none.
         """
         col, row = PLACES * places.T.astype(np.float64)
         at = np.full(len(places), np.nan)
