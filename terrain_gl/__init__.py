@@ -44,7 +44,7 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name when it is first used (PEP 562): the command line starts at once, and can handle Ctrl-C."""
+    """Import a name when it is first used (PEP 562). So the command line starts at once, and soon handles Ctrl-C."""
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f".{_MODULES[name]}", __name__), name)

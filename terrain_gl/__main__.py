@@ -3,7 +3,7 @@
 import signal
 import sys
 
-# By default Ctrl-C prints a traceback. Until the command line handles it, it ends the process without one.
+# By default, Ctrl-C prints a traceback. Until the command line handles Ctrl-C, it ends the process silently.
 if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 

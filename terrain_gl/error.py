@@ -1,6 +1,6 @@
-"""Error tables: the error of every node against the full-resolution truth, in metres. They do not depend on the view.
+"""Error tables: the error of every node against the truth, in metres. The tables do not depend on the view.
 
-The record of a node has its largest error and its root mean square, both for two triangles and for a fan
+The record of a node has its largest error and its root mean square error, both for two triangles and for a fan
 (glsl/error/node_errors.glsl). Each node also has the gain of splitting it (glsl/error/gain.glsl). Summed-area tables of
 class counters and of squared errors bound the error of any rectangle of nodes in four fetches (glsl/error/bound.glsl).
 Specification: `reference.node_errors`, `reference.split_gains`.
@@ -23,11 +23,11 @@ from .gpu.layout import Level
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
-SMALL_LEVELS = 2  # levels of glsl/error/small.comp
+SMALL_LEVELS = 2  # glsl/error/small.comp computes nodes up to this level, where the map does not cut them off
 FINE_LEVELS = 5  # one thread computes a node of at most this level; a coarser node is cut into blocks of that size
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
-GATHERED_BYTES = 72  # glsl/error/coarse.glsl
-CUT_BYTES = 8  # of each edge
+GATHERED_BYTES = 72  # of a record `Gathered` in glsl/error/coarse.glsl
+CUT_BYTES = 8  # of each edge, in the buffer `cuts`
 _BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
@@ -47,16 +47,17 @@ class ErrorTables:
         Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one
         table for each level, over tiles of nodes (`layout.Level.count_tile`).
     blocks
-        The contribution of each block of posts to its node, for each coarse level (glsl/error/coarse.glsl). Edits need
-        it.
+        The contribution of each block of posts to its node, for each coarse level (glsl/error/coarse.glsl). Because of
+        it, an edit recomputes only the blocks that it touches.
     cuts
-        How far each coarse node's edges may move when they are cut (glsl/error/cut.comp). Edits need it.
+        How far each coarse node's edges may move when they are cut (glsl/error/cut.comp). Edits compare old and new
+        values.
     """
 
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        self._kernels: dict[tuple[str, int, bool], Any] = {}  # by name, level (2 for all above), handling of voids
+        self._kernels: dict[tuple[str, int, bool], Any] = {}  # by name, level (at most 2), existence of voids
         self._sat8 = SummedAreaTables(ctx, 8)
         self._sat64 = SummedAreaTables(ctx, 64)
         self._reserve()
@@ -70,7 +71,7 @@ class ErrorTables:
         nodes = last.first_node + last.nodes
         tiles = last.first_count // layout.CLASS_WORDS + 1
         blocks = levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
-        with ExitStack() as made:  # if memory does not suffice for all of them, release those that were made
+        with ExitStack() as made:  # if memory does not suffice for all buffers, release the ones that were made
 
             def reserve(size: int, what: str) -> moderngl.Buffer:
                 buffer = gl.reserve(self.ctx, size, what)
@@ -128,7 +129,7 @@ class ErrorTables:
         return other
 
     def take(self, other: ErrorTables) -> None:
-        """Exchange tables with those that `beside` returned."""
+        """Exchange tables with the object that `beside` returned."""
         for name in _BUFFERS:
             mine, theirs = getattr(self, name), getattr(other, name)
             setattr(self, name, theirs)
@@ -142,7 +143,7 @@ class ErrorTables:
         return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
 
     def read_ranges(self, level: int) -> np.ndarray:
-        """Records `layout.NODE_RANGE` of one level, (rows, cols); heights in steps of span / 65535 above the low."""
+        """Records `layout.NODE_RANGE` of one level, (rows, cols): heights in steps of the quantisation range."""
         sizes = self.terrain.levels[level]
         itemsize = layout.NODE_RANGE.itemsize
         data = self.ranges.read(itemsize * sizes.nodes, offset=itemsize * sizes.first_node)
@@ -157,7 +158,8 @@ class ErrorTables:
     def read_counts(self, level: int, error_class: int, tiles: Rect) -> np.ndarray:
         """The table of one class at the corners of a rectangle of tiles, borders included, modulo 256.
 
-        `tiles` are the first column and row, then the column and row after the last: (y1 − y0 + 1, x1 − x0 + 1) uint8.
+        `tiles` is (x0, y0, x1, y1): the first column and row, then the column and row after the last. The result is
+        (y1 − y0 + 1, x1 − x0 + 1) uint8.
         """
         columns, rows = self.terrain.levels[level].counts
         x0, y0, x1, y1 = tiles

@@ -73,7 +73,8 @@ class Heightmap:
     exaggeration : float
         How many times higher the relief is drawn; see `exaggerated`.
     of_earth : bool
-        False if the heights do not exist on the Earth, no place on the Earth is known, and the caller gave no scale.
+        Whether the map may be of the Earth. False if no such heights exist on the Earth, the file has no coordinates,
+        and the caller gave no scale.
 
     Raises
     ------
@@ -183,7 +184,7 @@ class Heightmap:
         Raises
         ------
         TerrainError, UsageError
-            The same as those of `open` and of an array.
+            The same errors as `open` and `Heightmap` raise.
         """
         if isinstance(source, cls):
             return source
@@ -225,7 +226,7 @@ class Heightmap:
             whole = partial(sample_of, lambda rows, cols: heights[rows, cols], heights.shape, rows)
             guessed = guess(raster, whole, known_m)
             spacing = guessed.spacing_m
-            if guessed.scale != 1:  # rounded once
+            if guessed.scale != 1:  # the product is rounded to float32 once
                 np.multiply(heights, guessed.scale, out=heights, dtype=np.float64, casting="same_kind")
             scales = (scales[0] * guessed.scale, scales[1])
             notes = notes + guessed.notes

@@ -25,9 +25,10 @@ def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
     Parameters
     ----------
     path
-        A name that ends in one of `FORMATS`. EXR stores linear light as 32-bit floats, the others 8-bit sRGB.
+        A name that ends in one of `FORMATS`. EXR stores linear light as 32-bit floats, other formats 8-bit sRGB.
     pixels
-        (height, width, 1, 3 or 4) or (height, width); uint8 sRGB, or floats of linear light from 0 to 1.
+        (height, width, 1, 3 or 4) or (height, width); uint8 sRGB, or floats of linear light. All formats but EXR clip
+        light to 0 to 1.
 
     Raises
     ------
@@ -173,7 +174,7 @@ def srgb_from_linear(light: np.ndarray) -> np.ndarray:
 
 
 def reduced(pixels: np.ndarray, n: int) -> np.ndarray:
-    """Reduce an 8-bit sRGB picture n times along each side. A new pixel is the mean of the light, and of the alpha.
+    """Reduce an 8-bit sRGB picture n times along each side. A new pixel has the mean linear light and alpha of n × n.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """The mesh: the patches of a selection become triangles, in a picture or in a buffer.
 
 A patch is drawn as one vertex. The control shader sets the tessellation levels. The evaluation shader puts vertices on
-posts, and between posts where cells are cut (glsl/mesh/patch.tese). The shaders of every method end with a call of
-put_vertex() (glsl/mesh/vertex.glsl).
+posts, and between posts where cells are cut (glsl/mesh/patch.tese). The last stage of every method ends with a call of
+put_vertex() or put_vertex_between() (glsl/mesh/vertex.glsl).
 """
 
 from collections.abc import Mapping, Sequence
@@ -133,7 +133,7 @@ def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _stand_on_map(terrain: Any, posts: np.ndarray, heights_m: np.ndarray) -> bool:
-    """Whether vertices have the heights of their places: exactly on posts, up to rounding between them.
+    """Whether vertices have the map's heights: exactly on posts, and up to rounding between posts.
 
     A paged map is not tested, because its posts may have heights of coarser pages.
     """
@@ -159,7 +159,7 @@ def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     TerrainError
-        The method's vertices have the heights of the map, but the GPU drew one at another height.
+        The method puts vertices at the heights of the map, but the GPU drew a vertex at another height.
     """
     surface = selection.surface
     draw = MeshDraw(surface, "CAPTURE", varyings=("v_vertex",))

@@ -20,7 +20,7 @@ from .gpu import gl, shaders
 STRIP = 64  # words that one thread of a GPU adds up
 WHOLE = 2**15  # longer than any line of a map
 INT64 = "GL_ARB_gpu_shader_int64"
-LOOPS = 2**16 - 2  # iterations of a thread; llvmpipe silently ends its loops after one more
+LOOPS = 2**16 - 2  # iterations of a thread; llvmpipe silently ends a loop after one more iteration
 BANDS = 8  # groups of threads that share the columns on a software renderer
 SIDE = 8  # threads of such a group, and rows that it sums at a time: THREADS of glsl/sat/columns.comp
 GROUP = 64  # threads of a work group, as in glsl/sat
@@ -164,7 +164,7 @@ class SummedAreaTables:
             self._run(name, {"Words": buffer}, (width, 1, table.layers), band, lines)
 
     def _run(self, name: str, blocks: Blocks, threads: tuple[int, int, int], group: int, uniforms: Uniforms) -> None:
-        """Run one kernel over `threads`; blocks and uniforms that it does not declare are left out."""
+        """Run one kernel over `threads`; blocks and uniforms that the kernel does not declare are left out."""
         kernel = self._kernel(name)
         for block, buffer in blocks.items():
             if gl.has(kernel, block):
@@ -174,7 +174,7 @@ class SummedAreaTables:
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
     def _kernel(self, name: str) -> Any:
-        """The kernel of a file, compiled at its first use."""
+        """The kernel of a name, a file of glsl/sat and macros; it is compiled at its first use."""
         if name not in self._kernels:
             file, *macros = name.split()
             defines = {"BITS": self.bits, "STRIP": self.strip, **dict.fromkeys(macros, 1)}

@@ -42,7 +42,8 @@ class Camera:
     Raises
     ------
     UsageError
-        If eye and target coincide, `up` is parallel to the view, or a number is not finite.
+        Eye and target coincide, `up` is parallel to the view, the field of view is not from 0.1 to 170 degrees, or a
+        coordinate is not finite or larger than `FARTHEST_M`.
     """
 
     eye: Vector
@@ -67,7 +68,7 @@ class Camera:
     def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
         """A view over the middle of the map, from the south, or from the west if the map is long from south to north.
 
-        It shows the middle of the map, about half of each side; of a narrow map it shows nearly all.
+        The picture shows about half of each side of the map, around its middle. It shows nearly all of a narrow map.
         """
         east, north = terrain.extent_m
         low, high = terrain.range_m

@@ -1,7 +1,8 @@
 """The Earth is round: how much lower land is drawn, the further away it is.
 
 At the distance r from the eye, a post is drawn lower by its drop r² / 2R. R is the radius of the Earth or of another
-body. Air bends light downwards, too; with the coefficient of refraction k, the radius in effect is R / (1 − k).
+body. Air bends light downwards, which makes the drop smaller: with the coefficient of refraction k, the radius in
+effect is R / (1 − k).
 Between posts the drop is bilinear, like the heights (glsl/blocks/view.glsl).
 """
 
@@ -14,14 +15,14 @@ from ..readers.geodesy import WGS84
 from .camera import Camera
 
 MODES = ("auto", "on", "off")
-FROM_M = 50e3  # a map whose longer side is at least this has curvature, if it has a coordinate system
+FROM_M = 50e3  # shortest longer side of a map with a coordinate system that "auto" draws with curvature
 
 
 def bend_per_m(heightmap: Heightmap, mode: str, refraction: float) -> float:
     """1 / 2R, with the radius in effect, for one of `MODES`; 0 if the map is drawn flat.
 
     "auto" is "on" for a map with a coordinate system whose longer side is at least `FROM_M`, and at most the radius.
-    On a larger map, such as that of a whole planet, r² / 2R is not nearly the drop.
+    On a larger map, such as that of a whole planet, r² / 2R is far from the true drop.
     """
     radius_m = body_radius_m(heightmap)
     if mode == "off" or (mode == "auto" and not _is_round(heightmap, radius_m)):

@@ -62,7 +62,7 @@ class ViewBlock:
 
     @property
     def eye(self) -> tuple[tuple[int, int], tuple[float, float], float]:
-        """Column and row of a post near the eye; metres east and north from there; its height above the base."""
+        """Column and row of a post near the eye; metres from there to the eye, east, north; metres above the base."""
         return self._values["eye_post"], self._values["eye_offset_m"], self._values["eye_z_m"]
 
     @property

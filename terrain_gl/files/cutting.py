@@ -5,7 +5,7 @@ cut along the lines of the lattice that bound them:
 
     lines      columns and rows at which cells over the triangle change between land and void
     edges      each edge is cut by the lines of both its triangles, so that no vertex lies on an uncut edge
-    pieces     lines cut a triangle into convex polygons, one in each box between lines; void ones are dropped
+    pieces     lines cut a triangle into convex polygons, one in each box between lines; those over voids are dropped
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-_LEAST = 1e-9  # cells: smaller polygons are rounding errors. Vertices of cuts are farther than this from the lattice
+_LEAST = 1e-9  # cells: polygons of less area are rounding errors; vertices nearer to a lattice line are put on it
 Lines = tuple[np.ndarray, np.ndarray]  # columns and rows
 _NO_LINES = np.zeros(0), np.zeros(0)
 
@@ -133,7 +133,7 @@ class _Cutter:
             self._lines_of.setdefault((min(a, b), max(a, b)), []).append(lines)
 
     def cut_edges(self) -> None:
-        """Make the vertices where lines cross edges, from the lower to the higher index of the edge's ends."""
+        """Make the vertices where lines cross edges; the first is nearest to the edge's end with the lower index."""
         for (a, b), of_faces in self._lines_of.items():
             start, step = self._old[a], self._old[b] - self._old[a]
             found: dict[tuple[float, float], float] = {}

@@ -1,8 +1,8 @@
 """Edits of a store as files: a GeoTIFF, or a patch file for stores whose place is not known.
 
-A GeoTIFF has the smallest rectangle with all edits, on the store's grid; posts without an edit are void. So `build`
-makes the edited store from the map and this file. A patch file (.npz) has the tiles with edits, and the hash of the
-store that they belong to. Both kinds can be read again.
+A GeoTIFF has the smallest rectangle with all edits, on the store's grid; posts without an edit are void. If `build`
+reads several files, the last file with a height at a post counts. So the map and this file make the edited store. A
+patch file (.npz) has the tiles with edits, and the hash of the store that they belong to. Both kinds can be read again.
 """
 
 import os

@@ -37,9 +37,9 @@ def furniture(
     Parameters
     ----------
     size
-        Width and height of the picture in pixels. Furniture grows with the height, from 720 rows on.
+        Width and height of the picture in pixels. Above a height of 720 pixels, furniture grows with the height.
     camera
-        The view. The scale bar is right at the distance of the target.
+        The view. The scale bar is correct at the distance of the target.
     title
         Text of the title; "" for none.
     ramp, unit
@@ -67,12 +67,13 @@ def furniture(
 
 
 def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float, bool]]) -> list[Stamp]:
-    """Names at columns and rows; one that would cover an earlier one is left out.
+    """Names at columns and rows; a name that would cover an earlier name is left out.
 
     Parameters
     ----------
     names
-        Each with a column, a row, and whether its middle is there; otherwise it is at the lower right.
+        For each the text, a column, a row, and whether the middle of the text is there; otherwise the text begins at
+        the lower right of this place.
 
     Raises
     ------
@@ -92,7 +93,7 @@ def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float, 
 
 
 def _type_px(px: int, size: tuple[int, int]) -> int:
-    """Height of the type; it grows with the picture, from 720 rows on."""
+    """Height of the type. Above a height of 720 pixels, it grows with the picture."""
     return round(px * max(1.0, size[1] / 720))
 
 

@@ -45,12 +45,12 @@ class Land:
     cols, rows
         Posts, 2 to 16384.
     seed
-        0 to 16777215; each gives another land.
+        0 to 16777215; each seed gives another land.
     cliffs
         From 0 (rolling hills) to 1 (tablelands cut by canyons).
     octaves
-        Scales of detail, 1 to 16. The longest is 8 times the relief; each further one is half as long. By default as
-        many as the spacing can show.
+        Number of scales of detail, 1 to 16. The longest waves are 8 times as long as the relief is high; the waves of
+        each further octave are half as long. By default as many as the spacing can show.
     relief_m
         The largest possible height difference. Lengths on the map scale with it, so that slopes do not depend on it.
     spacing_m
@@ -94,12 +94,12 @@ class Land:
 
     @property
     def z_scale(self) -> float:
-        """Metres per unit of a 16-bit file: the smallest of 1, 2 and 5 times a power of ten that covers the relief."""
+        """Metres per unit of a 16-bit file: 1, 2 or 5 times a power of ten, the smallest that covers the relief."""
         return least_step(self.relief_m, 65535)
 
     @property
     def words(self) -> str:
-        """The command line that makes this land."""
+        """The options of `terrain-gl generate` that make this land."""
         detail = f"--octaves {self.octaves_made} --relief {self.relief_m:.12g} --spacing {self.spacing_m:.12g}"
         size = f"--size {self.cols}x{self.rows} --seed {self.seed} --cliffs {self.cliffs:.12g}"
         return f"{size} {detail} --recipe {self.recipe}"
@@ -114,7 +114,7 @@ def generate(ctx: moderngl.Context, land: Land) -> Heightmap:
 def write_land(
     ctx: moderngl.Context, land: Land, path: str | os.PathLike[str], progress: Progress | None = None
 ) -> tuple[float, float]:
-    """Write the land to a file, band by band, so that memory stays small; returns the lowest and highest metres.
+    """Write the land to a file, band by band, so that memory stays small; returns the lowest and highest height.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def sample(
     file.voids_m = file.find_voids()
     rows, cols = file.shape
     if not is_too_large(rows, cols):
-        file.guess(spacing_m)  # which reads the whole file
+        file.guess(spacing_m)  # this reads the whole file
     size = f"{file.name}: has {cols:,} x {rows:,} posts"
     step = math.ceil(max(rows, cols) / LONGEST)
     heights = file.sample((math.ceil(rows / step), math.ceil(cols / step)))

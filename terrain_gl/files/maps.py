@@ -58,7 +58,9 @@ def bundled() -> dict[str, BundledMap]:
 
 
 def find_bundled(name_or_path: str) -> BundledMap | None:
-    """The bundled map with a name, or the one that a file is a copy of. If both match, the file counts.
+    """The bundled map with a name, or the one that a file is a copy of; None for any other file.
+
+    If there is a file with the name of a bundled map, the file counts.
 
     Raises
     ------
@@ -80,7 +82,7 @@ def files_read(name_or_path: str) -> list[str]:
 
 
 def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:
-    """Open a bundled map or a file. If it is a bundled map and no option changes its scales, return that, too.
+    """Open a bundled map or a file. The second result is the bundled map, None if an option changes its scales.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Formats of triangle meshes: binary PLY, binary glTF, Wavefront OBJ, binary STL.
 
 PLY holds float64 world metres. glTF holds columns, heights and rows, and the node's scale is the spacing, so nothing is
-rounded. OBJ holds decimals that round to the same numbers. STL holds a solid in millimetres, for a printer.
+rounded (except where voids are cut out). OBJ holds decimals that round to the same numbers. STL holds a solid in
+millimetres, for a 3D printer.
 """
 
 import json
@@ -209,13 +210,13 @@ def _glb(mesh: Mesh, name: str) -> Iterator[bytes]:
 
 
 def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
-    """(k, 3) float32 column, height and row: whole numbers and heights, so that nothing is rounded."""
+    """(k, 3) float32 column, height and row: columns and rows are multiples of 1/64, which float32 holds exactly."""
     col, row = mesh.posts[part].T
     return np.stack([col, mesh.tops_m(part), row], -1).astype("<f4")
 
 
 def _lattice_normals(mesh: Mesh, part: slice) -> np.ndarray:
-    """(k, 3) normals that become those of the land by the node's scale."""
+    """(k, 3) normals that the node's scale turns into the normals of the land."""
     east, north = mesh.spacing_m
     x, y, z = mesh.normals(part).T
     return _unit(np.stack([east * x, z, -north * y], -1))

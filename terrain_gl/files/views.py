@@ -28,7 +28,7 @@ _FEW = 24  # posts a side of a small map, which the first view shows as a whole
 _LEAST_PART = 0.3  # size of the part that the first view looks at, relative to the map
 _MOST_PART = 0.75
 _IN_FRAME = 0.62  # share of that part whose corners are certainly in the picture
-_STANDS_OUT = 0.4  # relief between a summit that stands out and nearly all other land, relative to the map's
+_STANDS_OUT = 0.4  # a summit stands out if it is this share of the relief above nearly all other land
 _NEARLY_ALL = 98  # percent of the blocks
 _SUMMIT = 0.2  # relief over extent of the part around such a summit
 _TRIES = 64  # places that are tried until the sight is free
@@ -93,7 +93,7 @@ def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
 
 
 def ridge(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
-    """Look out from a high place over the lowest place within an eighth of the map, 8 degrees below the horizon."""
+    """Look from a high place towards the lowest place within an eighth of the map, 8 degrees downwards."""
     blocks = _Blocks(heightmap)
     drop = blocks.high + blocks.around(-blocks.low, _REACH / 3)
     eye = blocks.post(blocks.best(np.where(blocks.inside, blocks.high + drop, -np.inf))[0], lowest=False)
@@ -104,7 +104,7 @@ def ridge(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
 
 
 def high(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
-    """Look down at the middle, 35 degrees below the horizon, from a distance of a third of the map."""
+    """Look down at the middle, 35 degrees below the horizon, from a third of the map away; further over high relief."""
     yaw, pitch = math.radians(15.0), math.radians(35.0)
     away = max(heightmap.extent_m) / 3 + (heightmap.range_m[1] - heightmap.range_m[0]) / math.sin(pitch)
     forward = np.array([math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch)])
@@ -132,7 +132,7 @@ def look_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_
 
 
 def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Camera:
-    """The camera, moved along its line of sight: `share` of the map's longer side from its target, above the ground."""
+    """The camera, moved along its line of sight to `share` of the map's longer side from its target, above ground."""
     target = np.asarray(camera.target, np.float64)
     eye = np.asarray(camera.eye, np.float64)
     back = (eye - target) / max(float(np.linalg.norm(eye - target)), 1e-9)
@@ -142,7 +142,7 @@ def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Ca
 
 
 def depth_below_ground(heightmap: Heightmap, camera: Camera) -> float:
-    """Metres of the eye below all four posts around it; 0 if it is above one, beside a void or off the map."""
+    """Metres of the eye below the lowest of the four posts around; 0 if it is above, beside a void or off the map."""
     x, y, z = camera.eye
     east, north = heightmap.spacing_m
     col, row = math.floor(x / east), heightmap.rows - 2 - math.floor(y / north)
@@ -238,7 +238,7 @@ class _Blocks:
         return float(part.max()) if part.size else -math.inf
 
     def around(self, values: np.ndarray, share: float) -> np.ndarray:
-        """The largest value within a share of the map's longer side, as a square."""
+        """For each block, the largest value in the square around it that reaches `share` of the map's longer side."""
         reach = max(1, round(share * max(values.shape)))
         for axis in (0, 1):
             padding = [(reach, reach) if axis == a else (0, 0) for a in (0, 1)]
@@ -259,7 +259,7 @@ class _Blocks:
         return row + at // heights.shape[1], col + at % heights.shape[1]
 
     def floor(self, block: Post) -> Post:
-        """Row and column of the post in a block whose neighbourhood is lowest. So it is not at the foot of a cliff."""
+        """Row and column of the post in a block whose highest neighbour is lowest: it is not at the foot of a cliff."""
         row, col = self.side * block[0], self.side * block[1]
         heights = self.heightmap.heights[max(0, row - 1) : row + self.side + 1, max(0, col - 1) : col + self.side + 1]
         solid = np.where(np.isnan(heights), np.inf, heights)

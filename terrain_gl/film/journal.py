@@ -1,4 +1,4 @@
-"""The journal of a flight: a file beside its pictures, or the parts of its film, by which the flight can be continued.
+"""The journal of a flight: a file beside the flight's pictures or parts. With it, the flight can be continued.
 
 The first line of the file is the flight's identity, and each further line belongs to one picture. A picture is complete
 if its file exists, because a file gets its name only when it is complete.
@@ -25,7 +25,7 @@ class FlightJournal:
     output
         A folder of pictures, or a film in parts; it may be missing.
     identity
-        JSON that is equal for flights with equal pictures.
+        A value that JSON can hold; it is equal for flights with equal pictures.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 
-FRAMES = 60  # frames of a part: few are lost, and the key frames that begin parts need little space
+FRAMES = 60  # frames of a part: an interrupted flight loses few; the key frames that begin parts take little space
 JOURNAL = ".flight"  # in a folder of pictures or parts that is not complete (terrain_gl/film/journal.py)
 Write = Callable[[np.ndarray], None]
 

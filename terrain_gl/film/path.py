@@ -21,7 +21,7 @@ from ..basics.replacing import replacing
 from ..camera import UP, Camera, Vector
 from . import spline
 
-PIECES = 512  # straight pieces between two keyframes; they differ from the curve by a millionth of its length
+PIECES = 512  # straight pieces between two keyframes; they differ from the curve by about a millionth of its length
 LEVEL_DEG = 70.0  # the horizon stays level if the view is less steep than this
 MAX_KEYFRAMES = 10_000
 MAX_BYTES = 1 << 24  # largest file of keyframes
@@ -65,7 +65,8 @@ class CameraPath:
     closed
         Whether the flight returns from the last keyframe to the first.
     seconds
-        The duration. A closed path with timed keyframes needs it. For an open path, the last keyframe gives it.
+        The duration. A closed path with timed keyframes needs it. On an open path with timed keyframes it is not used:
+        the last keyframe gives the duration.
 
     Attributes
     ----------
@@ -79,8 +80,8 @@ class CameraPath:
     Raises
     ------
     UsageError
-        Too few keyframes or too many; only some of them have a time or a sun; times do not start at 0 and increase. The
-        message names the keyframe, if one is wrong.
+        Too few keyframes or too many; only some of them have a time or a sun; times do not start at 0 and increase; or
+        a duration out of range. If a keyframe is wrong, the message names it.
     """
 
     def __init__(self, keyframes: Sequence[Keyframe], closed: bool = False, seconds: float | None = None) -> None:
@@ -172,7 +173,7 @@ class CameraPath:
     def _measured(self) -> np.ndarray:
         """(n,) distance along the path, for constant speed. Where the eye only turns, the angle counts as distance.
 
-        A right angle counts as much as an average leg.
+        A leg is the path between two keyframes. A right angle counts as much as an average leg.
         """
         steps = np.linalg.norm(np.diff(self.eyes, axis=0), axis=1).reshape(-1, PIECES)
         moving = np.diff(self._values[1:-1, :3], axis=0).any(1)
@@ -184,7 +185,11 @@ class CameraPath:
 
 
 def _padded(values: np.ndarray, closed: bool, blend: spline.Blend) -> np.ndarray:
-    """Values (n, k) with one more at each end: taken from the other end if the path is closed, else extrapolated."""
+    """Values (n, k) and the neighbours that the curve needs beyond both ends.
+
+    On a closed path they come from the other end: one before, two after. On an open path, one at each end is
+    extrapolated.
+    """
     if closed:
         return np.concatenate([values[-1:], values, values[:2]])
     before, after = blend(values[1], values[0], np.array(2.0)), blend(values[-2], values[-1], np.array(2.0))

@@ -60,6 +60,6 @@ def added_to(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
 
 
 def mean_of(sums: np.ndarray, rows: int, cols: int, n: int, dtype: str = "f2") -> np.ndarray:
-    """Divide by the number of pixels in each square; squares at the far edges have fewer."""
+    """Divide by the number of pixels in each square; squares at the far edges have fewer pixels."""
     high, wide = (np.minimum(n, size - np.arange(0, size, n)).astype("f4") for size in (rows, cols))
     return (sums / (high[:, None] * wide)[..., None]).astype(dtype)

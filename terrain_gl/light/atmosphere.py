@@ -15,13 +15,13 @@ TOP_KM = 6460.0
 RAYLEIGH = np.array([5.802e-3, 13.558e-3, 33.1e-3])  # scattering per km at sea level: red, green, blue
 MIE_SCATTERING = 3.0e-3
 MIE_EXTINCTION = 3.4e-3
-OZONE = np.array([0.75e-3, 1.25e-3, 0.085e-3])  # absorption per km at 25 km, the densest layer; it makes dusks blue
+OZONE = np.array([0.75e-3, 1.25e-3, 0.085e-3])  # absorption per km at 25 km, the densest layer; it makes twilight blue
 RAYLEIGH_KM = 8.0  # scale heights: density falls to 1/e
 MIE_KM = 1.2
 ASYMMETRY = 0.8  # of haze: g of the Henyey-Greenstein phase function
 GROUND_ALBEDO = np.array([0.16, 0.165, 0.15])
 EYE_KM = 1.0
-COLOURFULNESS = 0.72  # with only three wavelengths, skies are too blue and dusks too red, so we mix in some grey
+COLOURFULNESS = 0.72  # three wavelengths alone make skies too blue and sunsets too red, so we mix in some grey
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -41,7 +41,7 @@ def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE
     sun
         (3,) unit vector.
     """
-    # a part's arrays fit into the processor's cache
+    # in parts, whose arrays fit into the processor's cache
     parts = np.array_split(directions, -(-len(directions) // _RAYS_AT_ONCE))
     light = np.concatenate([_radiance(part, sun, height_km, steps) for part in parts])
     return COLOURFULNESS * light + (1 - COLOURFULNESS) * (light @ LUMINANCE)[:, None]
@@ -60,7 +60,7 @@ def spread(count: int) -> np.ndarray:
 
 
 def _radiance(directions: np.ndarray, sun: np.ndarray, height_km: float, steps: int) -> np.ndarray:
-    """(n, 3) light of rays before grey is mixed in."""
+    """(n, 3) radiance along rays, before grey is mixed in."""
     mu = directions[:, 2]
     reach, grounded = _reach(height_km, mu)
     s = ((np.arange(steps) + 0.5) / steps) ** 2  # short steps near the eye, where the air is dense

@@ -61,7 +61,7 @@ class Climate(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """A look: the colouring in glsl/shade/cover.glsl, and the climate; None for the climate of the map's place."""
+    """A look: its number in glsl/shade/cover.glsl, its climate (None: that of the map's place), and its help text."""
 
     shader: int
     climate: Climate | None
@@ -82,7 +82,7 @@ NAMES = (AUTO, *LOOKS)
 
 
 def look_of(heightmap: Heightmap) -> str:
-    """The look for "auto": from the map's own description, else from its place."""
+    """The look for "auto": the one that the map describes, else one that suits its planet, spacing and place."""
     if heightmap.look != AUTO:
         return heightmap.look
     if not is_of_earth(heightmap):
@@ -123,7 +123,7 @@ def _corners(place: Place) -> tuple[tuple[float, float], ...] | None:
 
 @lru_cache(maxsize=64)
 def _is_earth(crs: str | None) -> bool:
-    """Whether a coordinate system is of the Earth; an unknown one counts as such."""
+    """Whether a coordinate system is of the Earth; an unknown system counts as one of the Earth."""
     if crs is None or crs == DEGREES:
         return True
     try:

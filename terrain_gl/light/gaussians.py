@@ -50,7 +50,7 @@ def _ring(count: int, elevation_deg: float, turn: float = 0.0) -> np.ndarray:
 
 
 # Lobes are narrow near the horizon, where skies change fast. Fitted to clear skies, their light on ground of any
-# orientation is wrong by at most 1 to 3 % of the brightest; fitted to a uniform sky, by 0.8 %.
+# orientation is wrong by at most 1 to 3 % of the largest such light; fitted to a uniform sky, by 0.8 %.
 SKY_AXES = np.concatenate([_ring(6, 8.0), _ring(2, 50.0, 0.5), _ring(1, 90.0)])  # (9, 3), east, north, up
 SKY_SHARPNESS = np.array([12.0] * 6 + [4.0] * 3)  # (9,)
 
@@ -58,8 +58,8 @@ SKY_SHARPNESS = np.array([12.0] * 6 + [4.0] * 3)  # (9,)
 def lobes(axes: np.ndarray, sharpness: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
     """Records `LOBE` of unit axes (n, 3), sharpness k (n,) > 0 and amplitude (n, 3), linear RGB radiance.
 
-    Computed fields: `mean_length`, coth k - 1/k; `integral`, for an amplitude of 1. `hidden` is the amplitude of the
-    land where it hides the lobe: 0 here.
+    Computed fields: `mean_length`, the length of the mean direction, coth k - 1/k; `integral`, for an amplitude of 1.
+    `hidden` is the amplitude of land that hides the lobe: 0 here.
     """
     made = np.zeros(len(axes), LOBE)
     made["axis"] = axes

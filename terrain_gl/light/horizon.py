@@ -2,8 +2,8 @@
 
 The light of the sky is soft. So a sweep over every second post finds the horizons in 16 azimuths
 (glsl/horizon/sweep.comp). From the horizons we compute the visible share of each sky lobe, one texel for 2 × 2 cells
-(fold.comp). The sun has its own horizon, of every post, and its own table (sunlit.comp). If the sun moves, only these
-are built again. Python twins: `reference.horizon`.
+(fold.comp). The sun has its own horizon, of every post, and its own table (sunlit.comp). If the sun moves, only its
+horizon and its table are built again. Python twins: `reference.horizon`.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
 from .moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
 
-AZIMUTHS = 16  # number of azimuths: in total, and in one run of fold.comp on large maps
-BATCH = 4
+AZIMUTHS = 16  # azimuths of the sky's horizons
+BATCH = 4  # azimuths in one run of fold.comp on large maps; small maps take all azimuths in one run
 BATCH_BYTES = 2**26  # the most memory of horizons for one run of all azimuths
 TEXEL = 2  # the sky is swept over every second post, so a texel has 2 × 2 cells of the map
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 16  # texels that one step folds
 SUN_LAYERS = 5  # glsl/horizon/blocks.glsl
-SUN_STEPS = 8191
+SUN_STEPS = 8191  # the integer for a value of 1 in the table of sunlight
 FULL = 4095  # the integer for a share of 1; the sum of 2^20 texels fits into a word
 SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
 HULL_BYTES = 2**26  # the most scratch memory that a sweep takes
@@ -285,7 +285,7 @@ class SunVisibility:
         sun: Vector,
         radius: float,
     ) -> None:
-        """Write the sunlight of `count` rows of blocks from `row` on."""
+        """Write the sunlight of `count` rows of texels from `row` on."""
         self.terrain.bind()
         bind("horizon/sunlit.comp", u_horizons=horizon, Sunlit=buffer)
         gl.write_uniforms(self._sunlit, **sun_uniforms(sun, radius), towards=towards, sun=sun, first_row=row)
@@ -293,7 +293,7 @@ class SunVisibility:
         self.ctx.memory_barrier(_BARRIER)
 
     def read(self) -> np.ndarray:
-        """(5, rows, cols) means over blocks of 2 × 2 cells, recovered from the sums: see glsl/horizon/sunlit.comp."""
+        """(5, rows, cols) means over texels of 2 × 2 cells, recovered from the sums: see glsl/horizon/sunlit.comp."""
         return self._sat.values(self.buffer, self.table).view("i4") / SUN_STEPS
 
     def release(self) -> None:
@@ -313,7 +313,8 @@ class Visibility:
     lobe_axes, lobe_sharpness
         (K, 3) unit vectors and (K,) of the sky's lobes, exp(sharpness (axis · ω − 1)).
     printed
-        For comparison: 0 for our visibility, 2 and 3 for that of A.5 (glsl/light/printed.glsl).
+        For comparison: 0 and 1 for our visibility, 2 and 3 for that of the supplement, equation A.5
+        (glsl/light/printed.glsl).
     """
 
     def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray, printed: int = 0) -> None:
@@ -407,14 +408,14 @@ def sun_uniforms(sun: Vector, radius: float) -> dict[str, float]:
 
 
 def lattice_direction(towards: Vector, spacing_m: tuple[float, float]) -> Direction:
-    """Columns and rows of one step towards a direction of the world; the larger is ±1. Straight up counts as east."""
+    """Columns and rows of a step towards a direction of the world; the larger of both is ±1. Straight up gives east."""
     along, down = towards[0] / spacing_m[0], -towards[1] / spacing_m[1]
     most = max(abs(along), abs(down))
     return (along / most, down / most) if most > 1e-9 * abs(towards[2]) else (1.0, 0.0)
 
 
 def lattice_directions(count: int) -> list[Direction]:
-    """`count` steps, a multiple of 8, counter-clockwise from the east; their lines pass through many posts."""
+    """`count` steps (a multiple of 8), counter-clockwise from the east; lines in these steps meet many posts."""
     fine = count // 8
     eighth = [(1.0, i / fine) for i in range(fine)]
     quarter = eighth + [(i / fine, 1.0) for i in range(fine, 0, -1)]

@@ -21,8 +21,8 @@ from ..readers.values import read_heights
 from .albedo import MOST_SIDE, added_to, linear_albedo, mean_of, read_albedo
 from .ramps import Ramp, Range, ramp_for
 
-_SAMPLES = 1024  # pixels a side where marks of voids are looked for
-_SAME_PLANE = "EPSG:3857"  # taken for both systems if neither is known; any other would give the same result
+_SAMPLES = 1024  # most pixels a side of the copy in which we look for values that mark voids
+_SAME_PLANE = "EPSG:3857"  # for both coordinate systems if neither is known; any other would do the same
 
 
 def read_ground(path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE) -> np.ndarray:
@@ -184,7 +184,7 @@ def _placed(path: str, name: str) -> Iterator[Any]:
     try:
         with closed_environment():
             data = open_local(path, name)
-    except gdal_failures():  # a kind without coordinates
+    except gdal_failures():  # GDAL does not open it, so it has no coordinates
         yield None
         return
     with data:
@@ -249,7 +249,7 @@ def _resampled(
 
 
 def _share(opacity: np.ndarray) -> np.ndarray:
-    """Opacity from 0 to 1; floats have no common largest value, so they are opaque unless they are 0."""
+    """Opacity from 0 to 1. Floats have no common largest value, so all of them but 0 count as opaque."""
     if opacity.dtype.kind == "f":
         return (opacity != 0).astype("f4")
     return opacity.astype("f4") / np.float32(np.iinfo(opacity.dtype).max)

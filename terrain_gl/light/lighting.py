@@ -96,7 +96,7 @@ class Lighting:
         self.sky: Sky | None = None
         self._described: tuple[Sky | None, float, float] = (None, 0.0, 0.0)  # what the block of lights holds
         self._material: tuple[Version, str | Values] | None = None
-        self._lobes_wanted = 1  # versions of the lobes: the one needed, and the one that exists
+        self._lobes_wanted = 1  # the version of the lobes that is needed; then the one that exists
         self._lobes_of = 0
 
     def _visibility(self) -> Visibility:
@@ -256,7 +256,7 @@ def exposure(sky: Sky) -> float:
 
 
 def sky_seen(sun: tuple[float, float], path: str | None, has_air: bool = True) -> Sky:
-    """The clear sky of a sun, or the sky of a file with its own sun. Takes 0.3 s and no OpenGL."""
+    """The clear sky of a sun, or the sky of a file with its own sun. Needs no OpenGL."""
     if path is not None:
         return _sky_in(Version.of(path))
     return _computed_sky(round(float(sun[0]), 6), round(float(sun[1]), 6), has_air)

@@ -106,7 +106,7 @@ def lobe_table(cols: int, rows: int) -> Table:
 
 
 class LobeTables(RecordedTable):
-    """The summed-area tables of nine values of each block: 9 bytes a post."""
+    """The summed-area tables of nine values of each texel: 9 bytes a post."""
 
     def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True, printed: int = 0) -> None:
         size = lobe_table(terrain.heightmap.cols, terrain.heightmap.rows)
@@ -125,7 +125,7 @@ class LobeTables(RecordedTable):
         self._rewrite(x0, y0, x1 - x0 + 1, y1 - y0 + 1)
 
     def read(self) -> np.ndarray:
-        """(9, rows, cols) values of the blocks, recovered from the sums."""
+        """(9, rows, cols) values of the texels, recovered from the sums."""
         return self.values().view("i4") / 32767.0
 
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:

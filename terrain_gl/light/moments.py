@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-SINES = 256  # entries of the tables over the horizon's sine and over n · axis
-COSINES = 64
+SINES = 256  # steps of the tables over the horizon's sine, from -1 to 1
+COSINES = 64  # steps over n · axis, the cosine between the ground's normal and a lobe's axis
 Direction = tuple[float, float]
 
 
@@ -55,7 +55,7 @@ def moment_texels(moments: np.ndarray, printed: int = 0) -> np.ndarray:
 def open_shares(sharpness: np.ndarray) -> np.ndarray:
     """C of glsl/horizon/fold.comp: ∫ SG ⟨n, ω⟩ dω / ∫ SG dω for n · axis from -1 to 1, (K, COSINES + 1).
 
-    ⟨n, ω⟩ is the cosine, at least 0.
+    n is the normal of the ground, and ⟨n, ω⟩ = max(0, n · ω).
     """
     x = -1 + (np.arange(256) + 0.5) / 128
     phi = (np.arange(64) + 0.5) * np.pi / 64

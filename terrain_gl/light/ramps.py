@@ -57,7 +57,7 @@ class Values(NamedTuple):
     Attributes
     ----------
     path
-        Its file.
+        The file of the raster.
     ramp
         One of `NAMES`.
     range
@@ -82,8 +82,8 @@ def ramp_for(low: float, high: float, name: str = AUTO, asked: Range | None = No
     name
         One of `NAMES`; "auto" is "diverging" if there are values on both sides of 0.
     asked
-        The values at the ends. By default they are `low` and `high`; for a diverging ramp they are as far from 0 on
-        both sides, and both are rounded outwards to two digits.
+        The values at the ends. By default they are `low` and `high`; for a diverging ramp they are −d and d, with d the
+        larger distance from 0. Both are rounded outwards, to the second digit of their difference.
     """
     if name == AUTO:
         is_difference = (low < 0 < high) if asked is None else asked[0] < 0 < asked[1]

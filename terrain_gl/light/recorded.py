@@ -15,7 +15,7 @@ PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps`
 
 
 class RecordedTable(ABC):
-    """A table of 32-bit words in its own buffer, and the kernel that writes the values it sums.
+    """A table of 32-bit words in its own buffer, and the kernel that writes the values to sum.
 
     Parameters
     ----------
@@ -89,4 +89,4 @@ class RecordedTable(ABC):
 
     @abstractmethod
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
-        """Write a rectangle's values, all layers, to the start of a buffer; all of its rows, or `rows` alone."""
+        """Write the values of a rectangle, all layers, to the start of a buffer: all its rows, or only `rows`."""

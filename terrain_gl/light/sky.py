@@ -15,7 +15,7 @@ from .gaussians import SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG, Lights, lobes, n
 
 SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radiance here
 NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # light of stars and airglow, brighter than in reality
-BARE_ALBEDO = 0.2  # of ground without plants
+BARE_ALBEDO = 0.2  # of the ground of a body without air
 SHAPE = (192, 128)  # rows and columns of a computed dome
 SHAPE_READ = (512, 1024)  # the same for a dome that is read from a picture
 MOST_PIXELS = 1 << 25  # most pixels of such a picture: 8192 x 4096
@@ -33,7 +33,7 @@ class Sky:
         (rows, cols, 3) linear RGB without the sun's disc. Columns go clockwise, south, west, north, east: north is in
         the middle. Rows go from the zenith down to the nadir; their elevations are those of `dome`.
     sun
-        A `light.LOBE`; `NO_SUN` if there is none.
+        A record `LOBE` (light/gaussians.py); `NO_SUN` if there is no sun.
     """
 
     radiance: np.ndarray
@@ -46,7 +46,7 @@ class Sky:
 
     @cached_property
     def fit_error(self) -> float:
-        """Largest error of the fitted lobes' irradiance over all orientations of ground, relative to its maximum."""
+        """Largest error of the lobes' light on ground, over the slopes of `fit`, relative to the largest light."""
         return self._fit[1]
 
     @cached_property
@@ -91,7 +91,8 @@ def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple
     Returns
     -------
     amplitude, error
-        (10, 3), the last for the surrounding land; the largest error of that light, relative to the largest light.
+        (10, 3), the last row for the surrounding land; the largest error of the light on ground, relative to the
+        largest light.
     """
     normals = slopes(128)
     above = directions[:, 2:] >= 0
@@ -209,7 +210,7 @@ def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     weights = (np.cos(elevation) * (np.pi / rows) * (2 * np.pi / cols) + 0 * azimuth)[spot]
     extra = np.maximum(light[spot] - around, 0) * weights[:, None]
     direction = (directions[spot] * (extra @ LUMINANCE)[:, None]).sum(0)
-    # the sun's size cannot be found from a spot of a few pixels
+    # a spot of a few pixels may look smaller than the sun is
     radius_deg = max(SUN_RADIUS_DEG, math.degrees(math.sqrt(float(weights.sum()) / math.pi)))
     rest = light.copy()
     rest[spot] = around

@@ -11,7 +11,7 @@ _NOON_2000 = datetime(2000, 1, 1, 12, tzinfo=UTC)
 def sun_position(time: datetime, latitude_deg: float, longitude_deg: float = 0.0) -> tuple[float, float]:
     """Azimuth, clockwise from north, and elevation of the sun's centre in degrees, without refraction.
 
-    Both are exact to 0.02 degrees from 1950 to 2050.
+    Both are accurate to 0.02 degrees from 1950 to 2050.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from ..terrain import Terrain
 
 MOST = 40  # most lines from the lowest to the highest post
 INDEX_EVERY = 5  # every fifth line is an index line, which is bolder
-_ASIDE = 1e-3  # lines are drawn too high by this share of an interval: else a line would cover a plain at its height
+_ASIDE = 1e-3  # a line is drawn this share of an interval too high; else it would cover a plain that lies at its height
 
 
 def interval_m(low_m: float, high_m: float) -> float:
@@ -18,7 +18,7 @@ def interval_m(low_m: float, high_m: float) -> float:
 
 
 def uniforms(terrain: Terrain, asked_m: float, water_m: float | None) -> dict[str, Any]:
-    """The uniform for contour lines every `asked_m` metres; with 0, every `interval_m`. Under water there are none."""
+    """The uniform for contour lines every `asked_m` metres; with 0, every `interval_m`. Water hides lines."""
     metres = asked_m or interval_m(*terrain.heightmap.range_m)
     aside_m = max(_ASIDE * metres, terrain.span_m / 65535)  # at least one step of the heights that shading reads
     added_m = (terrain.base_m - aside_m) % (INDEX_EVERY * metres)

@@ -3,7 +3,7 @@
 The first pass draws the mesh and stores only the depth of each sample. Depth and ray give the place of the map that the
 sample sees (glsl/shade/seen.glsl). The second pass shades each pixel from the map itself: a summed-area table of
 heights gives the mean normal over the pixel's footprint (glsl/shade/relief.glsl). So the colours do not depend on the
-mesh. There are a few kinds of pixels (glsl/shade/kind.glsl), and a program for each kind.
+mesh. Each pixel is of one of a few kinds (glsl/shade/kind.glsl), and each kind has a program of its own.
 """
 
 import math
@@ -36,7 +36,7 @@ SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _OF_LIGHT = ("visibility", "ambient", "direct", "lobes")  # styles that show parts of the light
 _LIT = ("shaded", *_OF_LIGHT)  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "cracks", "promise", "error")  # styles that show the mesh
-_DETAILED = ("cracks", "promise")  # those with a first pass of their own
+_DETAILED = ("cracks", "promise")  # styles of the mesh that have a first pass of their own
 STYLES = ("shaded", "lambert", *_OF_MESH, "normals", "voids", "depth", *_OF_LIGHT)
 _EXACT = (*_LIT, "lambert", "normals", "depth")  # styles that show light or numbers: `Picture.exact`
 GRAINS = ("on", "off")
@@ -44,7 +44,7 @@ VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
-HAZE = 2.0  # such a distance for haze over a map too large for clear air, in diagonals of the map
+HAZE = 2.0  # least distance over which haze absorbs as much: see `_haze_m`
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 Size = tuple[int, int]
 Target = TypeVar("Target")
@@ -183,7 +183,7 @@ class Picture:
         self.lighting.update(posts, moved)
 
     def draw(self, selection: Selection, camera: Camera, look: Look = PLAIN) -> None:
-        """Draw and shade the last selection."""
+        """Draw and shade a selection. It must be the last one of its surface."""
         self.see(selection, look)
         self.shade(camera, look)
 
@@ -220,7 +220,7 @@ class Picture:
         edge = surroundings.seen_from(camera, self.terrain) if around else surroundings.NONE
         if look.style in _LIT and not self.lighting.is_there:
             if self.waits_for_light and self.lighting.rehearse():
-                self._colour(look, edge)  # compiles its programs
+                self._colour(look, edge)  # compiles the programs of the style
             look = replace(look, style="lambert")
             edge = surroundings.NONE
         if look.style in _LIT:
@@ -260,7 +260,7 @@ class Picture:
         style = f"shade/{look.style}.frag"
         wanted = self._wanted(look, edge)
         self._listed.write(_NOTHING_LISTED)
-        gl.clip_control_zero_to_one(self.ctx)  # for the depth test that selects the kind: maybe no mesh was drawn
+        gl.clip_control_zero_to_one(self.ctx)  # for the depth test that selects the kind, if no mesh was drawn
         self._bind()
         if look.style in _LIT:
             self.lighting.bind()
@@ -318,7 +318,7 @@ class Picture:
 
     @property
     def target(self) -> moderngl.Framebuffer:
-        """The finished picture, to draw over it."""
+        """The framebuffer of the finished picture, for drawing over it."""
         return self._screen
 
     def light_steps(self, look: Look) -> Steps[None]:
@@ -377,7 +377,7 @@ class Picture:
         self.programs.release()
 
     def _haze_m(self, camera: Camera) -> float:
-        """Range of the haze: that of clear air, or a longer one if otherwise a part of the map would be invisible."""
+        """Distance over which haze absorbs all but 1/e of the light: `AIR_M`, or more if the map is large or far."""
         east, north = self.terrain.heightmap.extent_m
         low, high = self.terrain.heightmap.range_m
         away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))

@@ -59,7 +59,7 @@ class PixelPrograms:
         For the kind "MIXED", it is a compute shader over the listed pixels, without a vertex array.
         """
         light, uniforms, wet, edge, *extras = wanted
-        if edge:  # so if the eye crosses the map's rim, only the small program of kinds must be compiled
+        if edge:  # then an eye that crosses the map's rim needs only a new program of shade/kind.frag, which is small
             edge = surroundings.OF_KIND.get(kind, edge)
         key = fragment, kind, wet, edge, *extras, *light.values()
         if key not in self._made:

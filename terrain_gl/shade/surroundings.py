@@ -6,7 +6,7 @@ from ..camera import Camera
 from ..terrain import Terrain
 
 EDGES = ("block", "none")
-NONE = 0  # values of EDGE in the shader; with walls, the plain is drawn, too
+NONE = 0  # values of EDGE in the shader; with WALLS, the plain is drawn, too
 PLAIN = 1
 WALLS = 2
 OF_KIND = {"OPEN": PLAIN, "SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE in the program of each kind of pixels
@@ -22,7 +22,7 @@ def seen_from(camera: Camera, terrain: Terrain) -> int:
 
 
 def uniforms(terrain: Terrain, water_m: float | None) -> dict[str, Any]:
-    """Uniform with the height of the surroundings: that of a sea (the map's or the user's), else the block's foot."""
+    """Height of the surroundings, and whether they are a sea: the user's, else the map's; else the block's foot."""
     heightmap = terrain.heightmap
     base_m = terrain.base_m
     sea_m = water_m if water_m is not None else terrain.sea_m
