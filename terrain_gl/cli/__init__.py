@@ -22,7 +22,7 @@ COMMANDS = ("info", "generate", "build", "shot", "view", "measure", "mesh", "com
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
-    # they are None if the caller has closed them; the next file that is opened would then become standard output
+    # a stream is None if the caller has closed it; the next file that is opened would then become standard output
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: OpenBLAS threads wait busily
@@ -59,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line. It imports the commands, after Ctrl-C is handled."""
+    """Make the parser of the whole command line. This imports all commands, so `main` first handles Ctrl-C."""
     top = Parser(
         prog="terrain-gl",
         description="Heightmaps drawn with OpenGL tessellation at a certified screen-space error.",

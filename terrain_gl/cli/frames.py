@@ -1,6 +1,7 @@
-"""The frames of a flight, in order. They are drawn by this process, by several ones, or by workers of a Dask cluster.
+"""The frames of a flight, in order, drawn by this process, by several processes, or by workers of a Dask cluster.
 
-Each worker has its own renderer. A frame does not depend on the frames before it, so all of them draw the same pixels.
+Each worker has its own renderer. A frame does not depend on the frames before it. So whichever worker draws it, it has
+the same pixels.
 """
 
 import argparse
@@ -43,7 +44,7 @@ OF_FRAME = (
 )
 MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
 _READ = ("map", "path", "sky", "material", "drape", "edits")  # options that name files to read
-_NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # they change no pixel
+_NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # options that change no pixel
 _of_thread = threading.local()
 
 
@@ -149,7 +150,7 @@ def _job(args: argparse.Namespace) -> FlightJob:
 
 
 def identity(args: argparse.Namespace) -> Any:
-    """JSON that changes if the pictures of a flight change. It has the options and the files that are read."""
+    """A value for JSON that changes if the pictures of a flight change: its options, and the files that it reads."""
     given = {name: value for name, value in vars(args).items() if name not in _NO_PIXELS}
     of_map = [os.path.join(args.map, "zarr.json")] if is_store(args.map) else maps.files_read(args.map)
     files = [*of_map, *(path for name in _READ[1:] if (path := getattr(args, name))), *args.overlay]

@@ -19,7 +19,7 @@ from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
 _FILES = ("sky", "material", "drape", "edits")
-_NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # options with names of their own
+_NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # fields whose option has another name
 
 
 def command_line(

@@ -20,7 +20,7 @@ from . import options, report, stores, values
 
 RELIEF_SHARE = 5e-3  # default error of a mesh, as a part of the map's relief
 _METHOD = "quadtree"  # it needs fewer triangles, but stores do not have it
-_PAYS_TIMES = 4  # a smaller raster has room for the tables of the quadtree
+_PAYS_TIMES = 4  # a raster of fewer posts than 4 · `cache.PAYS_POSTS` is held in memory, where the quadtree works
 _OF_VIEW = ("max_error_px", "triangles", "parameters", "cull", "view", "eye", "target", "at", "stand")
 
 

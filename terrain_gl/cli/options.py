@@ -30,7 +30,7 @@ from ..store import cache, is_store
 from . import overlays, report, stores, values
 from .parsing import HelpAll
 
-EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # at most one of them chooses the level of detail
+EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # they choose the detail; at most one is given
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def open_scene(
 ) -> CommandScene:
     """Open the map, by file or bundled name, and choose camera and sun by the options.
 
-    A bundled map brings default scales, view and sun. For other maps, `views` gives the defaults.
+    A bundled map brings default scales, view and sun. For other maps, `files.views` computes a default view and sun.
     """
     name = args.map if name is None else name
     check_outputs(args, name)
@@ -226,7 +226,7 @@ def scene_over(args: argparse.Namespace, few: Heightmap) -> CommandScene:
 def _opened(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None
 ) -> tuple[Heightmap, BundledMap | None, Heightmap]:
-    """The map; its record, if it is a bundled map; and the map from which a view is chosen."""
+    """The map; its `BundledMap`, if it is one; and the map from which a view is chosen, which may be coarser."""
     if is_store(name):
         given = stores.opened(args, name, map_options(args))
         return given, None, given.coarse()
@@ -273,7 +273,7 @@ def camera_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _first_view(args: argparse.Namespace, heightmap: Heightmap) -> Camera:
-    """A standard view of the relief, with its exaggeration."""
+    """A standard view, chosen for the exaggerated relief."""
     factor = getattr(args, "exaggeration", None) or 1.0
     return standard_view(heightmap.exaggerated(factor), args.view or "default").over_exaggerated(1 / factor)
 

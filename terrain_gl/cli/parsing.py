@@ -17,7 +17,7 @@ COMMON = {
     *("--method", "--style", "--look", "--sun", "--material", "--json"),
 }
 WIDTH = 80  # columns of the short help
-SHARED = ("map", "camera", "detail", "picture", "technical")  # groups whose options the short help shows if `COMMON`
+SHARED = ("map", "camera", "detail", "picture", "technical")  # of these groups, the short help shows `COMMON`
 
 
 class Parser(argparse.ArgumentParser):
@@ -114,7 +114,7 @@ def _is_common(action: argparse.Action) -> bool:
 
 
 def _brief(action: argparse.Action) -> argparse.Action:
-    """The action with its choices after its help text. argparse itself would put them before."""
+    """The action with its choices in place of its help text. argparse itself would put them after the flag."""
     if not action.choices or not action.option_strings:
         return action
     names = textwrap.shorten(", ".join(map(str, action.choices)), WIDTH - 26, placeholder=" …")

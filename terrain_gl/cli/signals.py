@@ -2,9 +2,9 @@
 
 A signal raises an exception in the Python code that runs. That is unsafe in three cases. Some C code calls Python and
 does not check for exceptions (moderngl, for every uniform of a shader): then the process dies. During an import, the
-exception may end the process or get lost. While an object is deleted, Python prints the exception and goes on. So a
-signal waits until none of them is running, usually for milliseconds. All
-signals after the first are ignored, because they would interrupt the removal of half-written files.
+exception may end the process or get lost. While an object is deleted, Python prints the exception and goes on. So
+a signal waits until none of these cases holds, usually for milliseconds. All signals after the first are ignored,
+because they would interrupt the removal of half-written files.
 """
 
 import signal

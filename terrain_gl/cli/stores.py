@@ -23,7 +23,7 @@ from ..renderer import Renderer
 from ..store import StoredMap, cache
 from . import report, values
 
-FEWEST_TRIANGLES = 10_000  # a view of a store may need more than a smaller budget
+FEWEST_TRIANGLES = 10_000  # a view of a store may need more triangles than a smaller budget has
 
 
 def add_options(command: Any, needs_memory: tuple[str, ...] = (), pays_times: int = 1) -> None:

@@ -9,7 +9,7 @@ from ..basics.exceptions import UsageError
 from ..comparison.clipmap import Rings
 from ..comparison.tessellated import Edges
 
-FARTHEST_M = 1e9  # larger numbers of metres are refused as mistakes
+FARTHEST_M = 1e9  # larger numbers are refused as mistakes
 
 
 def number(text: str) -> float:
@@ -50,7 +50,7 @@ def share(text: str) -> float:
 
 
 def interval(text: str) -> float:
-    """Metres above 0, or "auto" (or 0), which is 0."""
+    """Metres above 0; "auto" and 0 give 0, an interval that suits the map."""
     value = 0.0 if text == "auto" else _numbers(text, "metres above 0, or auto", 1)[0]
     if value < 0:
         raise _expected("metres above 0, or auto", text)

@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     overlays.lay_pictures(args)
     options.check_outputs(args, name)
     known = find_bundled(name)
-    from .. import viewer  # imported here: it needs a window system
+    from .. import viewer  # imported here, because other commands need no window
 
     key = known.name if known else os.path.realpath(name)
     asked = bool(args.view or options.camera_options(args))

@@ -15,13 +15,13 @@ from ..renderer import Renderer
 from ..renderer.brush import Brush, Sculptor
 
 _IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
-_IN_A_ROUND = 5  # frames of one kind in a row; the first after frames of the other kind takes longer
+_IN_A_ROUND = 5  # frames in a row with the profiler, or without; the first frame after a change takes longer
 TINY = (16, 16)  # size of the picture whose time in Python is measured
 ENOUGH_S = 4.0  # a measurement that took this long is not repeated again
 
 
 def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
-    """Time everything; each number is the median of up to `frames` repeats in one run.
+    """Time everything in one run; each number is the median of up to `frames` repeats (`python`: three times as many).
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ the heights at the middles of its edges and at its centre are means of its posts
 
     ┌───────┐      ┌───┬───┐       Posts and edges are the same as in the full resolution of every method.
     │     ╱ │      │ ╱ │ ╱ │
-    │   ╱   │      ├───┼───┤       The centre lies on the bilinear surface. Elsewhere the error is a quarter
+    │   ╱   │      ├───┼───┤       The centre lies on the bilinear surface. The largest error is a quarter
     │ ╱     │      │ ╱ │ ╱ │       of that of two triangles.
     └───────┘      └───┴───┘
 """
@@ -31,7 +31,7 @@ FINER = 2  # segments for each segment of a full-resolution patch
 class Bilinear:
     """The true surface; a `surface.Surface` that draws the patches of the full resolution with twice the segments.
 
-    Its error is 0 at posts; between them it is a quarter of that of the full resolution.
+    Its error is 0 at posts. Between posts, its largest error is a quarter of that of the full resolution.
 
     Parameters
     ----------

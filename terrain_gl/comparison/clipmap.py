@@ -4,7 +4,7 @@
     │   ┌───────┐   │     SIGGRAPH; Asirvatham, Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps",
     │   │ ┌───┐ │   │     GPU Gems 2, chapter 2.
     │   │ │eye│ │   │
-    │   │ └───┘ │   │     A ring of level j has a vertex every 2^j posts, `ring` of them a side. Heights come from a
+    │   │ └───┘ │   │     A ring of level j has `ring` vertices a side, 2^j posts apart. Heights come from a
     │   └───────┘   │     filtered pyramid (pyramid.py); towards its border each ring blends into the coarser one
     └───────────────┘     (glsl/comparison/clipmap/ring.vert). Levels much smaller than the eye's height are left out.
 
@@ -33,7 +33,7 @@ from .pyramid import Pyramid
 
 SMALLEST_RING = 13
 FINEST = -6  # the finest level: vertices are on 64ths of a post
-FINEST_TRIED = -3  # among the candidates for a number of triangles
+FINEST_TRIED = -3  # the finest level that `candidates` tries
 BLOCK = 8  # cells a side of a block
 HIGH = 2.5  # a level is left out if its side is smaller than this times the eye's height above the ground
 _DRAW = 1024  # blocks in a draw
@@ -131,7 +131,7 @@ def blocks_of(ring: ClipmapRing) -> np.ndarray:
     """The ring's blocks, (n,) records of north-west vertex and size. Cuts are along every `BLOCK`-th lattice line.
 
     ┌─────────────┐
-    ├───┬─────┬───┤     first around the hole, into four rectangles
+    ├───┬─────┬───┤     first, the ring around the hole is cut into four rectangles
     │   └─────┘   │
     └─────────────┘
     """
@@ -169,9 +169,9 @@ def _spans(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def triangles_of(blocks: np.ndarray, rims: np.ndarray) -> np.ndarray:
-    """Triangles of each block: two for each cell, minus one for each odd vertex on the border, because it is moved.
+    """Triangles of each block: two for each cell, minus one for each odd vertex of the border, which moves.
 
-    `rims` are the last column and row of each block's level. Vertices there are not moved.
+    `rims` are the last column and row of each block's level. Vertices on the rim do not move.
     """
     x, y, width, height = blocks["cells"].T
     west, north, east, south = blocks["border"].T

@@ -38,7 +38,7 @@ LABELS = {
 COMPARED = tuple(LABELS)
 FINE = 4  # each pixel is drawn as FINE × FINE pixels
 _INSET = 0.24  # size of the inset, as a part of the picture's width and height
-_SKY_IN_INSET = (0.08, 0.55)
+_SKY_IN_INSET = (0.08, 0.55)  # least and largest share of sky in the inset, if some place has it
 _FRAMES = 3  # timed frames
 
 

@@ -105,7 +105,7 @@ def fewest(
     between: bool = True,
     **options: Any,
 ) -> dict[str, Any] | None:
-    """Stats of the frame with the fewest triangles that *achieves* an error; None if no number does.
+    """Stats of the frame with the fewest triangles that *achieves* an error; None if no frame does.
 
     The number is found to within 2 %.
 
@@ -114,7 +114,7 @@ def fewest(
     start
         The first number of triangles to try. It is doubled until it is enough.
     most
-        The largest number to try: that of a mesh with every post.
+        The largest number to try, such as that of a mesh with every post.
     between
         Whether baselines may have vertices between posts.
     """

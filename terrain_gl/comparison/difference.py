@@ -76,7 +76,7 @@ def differ(expected: np.ndarray, seen: np.ndarray, tolerance: Tolerance = EXACT,
     expected, seen
         (height, width, channels), of one shape and one type; otherwise `check_alike` raises an error.
     with_flip
-        Also compute FLIP, which takes about a second for 640 × 360 pixels.
+        Also compute FLIP, which takes longer than all other numbers.
     """
     full = _full_scale(expected)
     wide = np.int64 if np.issubdtype(expected.dtype, np.integer) else np.float64

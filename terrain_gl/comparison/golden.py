@@ -81,7 +81,7 @@ class GoldenPictures:
         terrain
             A file, the name of a bundled map, heights in metres, or a `Heightmap`.
         camera
-            The view; by default the one of `terrain-gl shot`, which follows the highest and lowest post.
+            The view; by default that of `terrain-gl shot`. It depends on the highest and the lowest post, among others.
         name
             Needed for a second picture in one test.
         size

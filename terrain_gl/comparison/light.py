@@ -38,7 +38,7 @@ def compare_light(
     truth: np.ndarray | None = None,
     **options: Any,
 ) -> Comparison:
-    """Shade one view by brute force, by lobes, and by every baseline.
+    """Shade one view by brute force, by our lobes, as the supplement prints it, and by every baseline.
 
     Parameters
     ----------
@@ -83,8 +83,8 @@ def shade_as_printed(picture: Picture, camera: Camera, look: Look, step: int = P
     Parameters
     ----------
     step
-        1: facets are not weighted by their size in the picture. 2: also, visibility is separate from the cosine (A.5).
-        3: also, the cosine is the lobe of B.3, merged by C.1 to C.4. See glsl/light/printed.glsl.
+        1: facets are not weighted by their size in the picture. 2: also, visibility is separate from the cosine
+        (equation A.5). 3: also, the cosine is the lobe of B.3, merged by C.1 to C.4. See glsl/light/printed.glsl.
     """
     ours = picture.lighting
     picture.lighting = Lighting(picture.terrain, picture.sums, step)

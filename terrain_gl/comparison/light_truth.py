@@ -1,4 +1,4 @@
-"""Ground truth for light: outgoing radiance by brute force (A.2).
+"""Ground truth for light: outgoing radiance by brute force (equation A.2 of the supplement).
 
 Every pixel is drawn as many small pixels, on the full-resolution mesh. Each small pixel sees one place, which is lit
 with the true cosine and material. Rays that march over the map find the shares of the sun's disc and of the sky that
@@ -22,7 +22,7 @@ from ..renderer import Renderer
 from ..renderer.options import RenderOptions
 
 FINE = 8  # each pixel is lit at FINE × FINE places
-RAYS = 512  # the fewest rays to the sky for a pixel
+RAYS = 512  # rays to the sky for a pixel, about; more if a pixel has very many places
 WHITE = 2.2  # glsl/shade/tone.glsl
 
 
@@ -79,7 +79,7 @@ def render_light_truth(
 
 
 def rays_of(fine: int) -> int:
-    """Rays to the sky for one place: an even number, smaller if a pixel has more places."""
+    """Rays to the sky for one place: an even number, at least 2; the more places a pixel has, the smaller it is."""
     return 2 * max(1, round(RAYS / fine**2 / 2))
 
 
@@ -89,7 +89,7 @@ def developed(light: np.ndarray, fine: int, gain: float) -> np.ndarray:
     Parameters
     ----------
     light
-        (fine · height, fine · width, 4) radiance; the last is 1 for land, 0 for sky.
+        (fine · height, fine · width, 4) radiance; the last channel is 1 for land, 0 for sky.
     gain
         The exposure: see `lighting.exposure`.
 

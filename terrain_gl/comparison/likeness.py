@@ -41,7 +41,7 @@ def flip(truth: np.ndarray, test: np.ndarray) -> float | None:
 
 def flip_of_light(truth: np.ndarray, test: np.ndarray) -> float | None:
     """`flip` of two pictures of linear light, (height, width, 3) from 0 to 1."""
-    if not hasattr(oiio.ImageBufAlgo, "FLIP_diff"):  # since 3.2
+    if not hasattr(oiio.ImageBufAlgo, "FLIP_diff"):  # OpenImageIO has it since 3.2
         return None
     light = [oiio.ImageBuf(np.ascontiguousarray(picture, np.float32)) for picture in (truth, test)]
     error = oiio.ImageBufAlgo.FLIP_diff(light[0], light[1], hdr=0)

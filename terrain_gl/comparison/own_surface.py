@@ -1,9 +1,9 @@
 """Pictures that are shaded from the surface that a method draws, instead of the map's own posts.
 
-Our shading reads the map in each pixel's footprint, and does not depend on the mesh. A renderer without such tables can
-only shade its mesh. To imitate it, we make a second map from the drawn heights at all posts. The same code computes
-normals, cover, horizons and shadows from that map. If a mesh has the true height at every post, the picture is the
-same, bit for bit.
+Our shading reads tables of the map in each pixel's footprint, and does not depend on the mesh. A renderer without such
+tables can only shade its mesh. To imitate such a renderer, we make a second map from the drawn heights at all posts.
+The same code computes normals, cover, horizons and shadows from the second map. If a mesh has the true height at every
+post, the picture is the same, bit for bit.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,8 @@
 """Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view, to compare our meshes with.
 
 No error table has these errors, because they depend on the view. On the other hand, a leaf here is always two
-triangles, and only posts are measured. Our meshes also have fans, cut edges, and vertices between posts. So they can
-have a smaller error than these trees.
+triangles, and only posts are measured. Our meshes also have fans, cut edges, and vertices between posts. So our meshes
+can have a smaller error than these trees.
 """
 
 import itertools
@@ -114,7 +114,7 @@ def pruned_quads(
 
 
 def _restricted(coarse: list[np.ndarray]) -> list[np.ndarray]:
-    """Split the nodes that are too coarse; then split others until neighbours differ by at most one level."""
+    """Split the nodes that are too coarse; then split further nodes until neighbours differ by at most one level."""
     tree = [np.zeros(level.shape, bool) for level in coarse]
     grow(tree, coarse)
     while balance(tree):

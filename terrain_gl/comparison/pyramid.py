@@ -14,7 +14,7 @@ from ..gpu import layout, shaders
 from ..gpu.bindings import bind
 from ..terrain import Terrain
 
-# of a symmetric filter for linear interpolation (Cohen, Daubechies, Feauveau 1992): centre, first and second neighbours
+# symmetric filter for linear interpolation (Cohen, Daubechies, Feauveau 1992): centre, first and second neighbours
 WEIGHTS = (0.75, 0.25, -0.125)
 _BARRIER = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
 FIRST_RANGES = 2  # the finest level whose ranges are kept
@@ -85,14 +85,14 @@ class Pyramid:
         return [self.terrain.filled - np.float32(self.terrain.base_m), *above[1:]]
 
     def ranges(self, at: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """Lowest and highest height, at any level of detail, over cells of 2^level posts: (n, 2) metres above the base.
+        """Lowest and highest height over cells, of their level and all finer levels: (n, 2) metres above the base.
 
         Parameters
         ----------
         at
             (n, 2) columns and rows of the cells on the lattice of their level.
         level
-            (n,) levels. Below `FIRST_RANGES`, the result is the range of the larger cell around.
+            (n,) levels. Below `FIRST_RANGES`, the result is the range of the cell of that level around this cell.
         """
         if not self._ranges:
             self._ranges = _ranges(self.read())

@@ -13,7 +13,7 @@ from .compare import COMPARED, FINE, Comparison, compare, measured, part
 from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, pruned_curve
 
 VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
-MANY = 4  # with vertices between posts: most triangles that are tried, as a multiple of a mesh with every post
+MANY = 4  # with vertices between posts: most triangles that are tried, as a multiple of those of a mesh with every post
 SHADING = ("map", "mesh")  # the surface from which a baseline's picture is shaded
 _NUMBERS = (  # label, key of an entry's stats, format
     ("triangles", "triangles", ",d"),

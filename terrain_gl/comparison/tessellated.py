@@ -5,7 +5,7 @@
     │   ├─┼─┼─┼─┤   │     "DirectX 11 terrain tessellation", NVIDIA.
     ├───┼─┼─┼─┼─┼───┤
     │   ├─┼─┼─┼─┤   │     A patch of level j is patch · 2^j posts wide; a ring is `ring` patches a side. An edge between
-    ├───┼─┴─┼─┴─┼───┤     two rings has as many segments as both of the finer ones together
+    ├───┼─┴─┼─┴─┼───┤     two rings has as many segments as both finer edges beside it together
     └───┴───┴───┴───┘     (glsl/comparison/tessellated/levels.comp).
 
 The mesh depends on the view and hardly on the land, so no error is certified.
