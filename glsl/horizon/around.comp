@@ -1,7 +1,7 @@
 // horizon/around.comp — the height of the horizon towards a light,
-//   at the posts of a page of a store and a few around it.
-//   As in horizon/sweep.comp one thread marches along one line,
-//   and keeps the upper convex hull of what it has passed.
+//   at the posts of a page of a store and a few posts around it.
+//   As in horizon/sweep.comp, one thread marches along one line,
+//   and keeps the upper convex hull of the points that it has passed.
 //   But a line begins far outside the page, in the coarsest window (terrain_gl/pages/windows.py),
 //   and goes on in finer ones:
 //

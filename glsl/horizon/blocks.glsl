@@ -1,4 +1,4 @@
-// horizon/blocks.glsl — the units of the sun's table.
+// horizon/blocks.glsl — the size and the units of the table of sunlight (horizon/sunlit.comp).
 // Provides sun_blocks().
 
 #include "blocks/terrain.glsl"

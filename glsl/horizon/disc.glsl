@@ -6,7 +6,7 @@
 uniform float u_sun_elevation;  // radians
 uniform float u_sun_radius;     // radians
 
-// soft: half width in radians of a pixel's own blur, added to the disc's radius
+// soft: if the disc's radius is smaller than this, in radians, this is taken instead
 float disc_share(float horizon_sine, float soft) {
     float x = clamp((u_sun_elevation - asin(clamp(horizon_sine, -1.0, 1.0))) / max(u_sun_radius, soft), -1.0, 1.0);
     return 0.5 + (x * sqrt(1.0 - x * x) + asin(x)) / 3.14159265;

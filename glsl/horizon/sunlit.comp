@@ -4,8 +4,8 @@
 //     1, 2  E s                   E × the slope s, east and north
 //     3, 4  s
 //   Products are stored because the mean of a product is not the product of the means:
-//   slopes that turn away from the sun are the ones in shadow, and an eye sees more of the slopes that face it.
-//   For comparison only, PRINTED 2 leaves out the cosine, as A.5 does: E = V.
+//   slopes that turn away from the sun are often in shadow, and an eye sees more of the slopes that face it.
+//   For comparison only, PRINTED 2 leaves out the cosine, as equation A.5 does: E = V.
 // Python twins: reference.sunlit, reference.visible_shares
 
 #include "horizon/lines.glsl"

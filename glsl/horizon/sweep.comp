@@ -24,7 +24,7 @@ layout(std430, binding = 0) buffer Hulls { ivec2 hull[]; };  // one hull for eac
 
 uniform vec2 u_towards;    // see lines.glsl
 uniform int u_layer;       // layer of the image
-uniform int u_first_line;  // first line of this run; then their number
+uniform int u_first_line;  // first line of this run; then the number of its lines
 uniform int u_lines;
 
 // Height between two posts; outside the map, the slope at the rim continues.

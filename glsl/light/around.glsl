@@ -1,7 +1,7 @@
 // light/around.glsl — the light of the map's surroundings (shade/edge.glsl):
 //   its cut sides, the plain, the sea, the sky.
 //   They are lit like open ground: without shadows, by the whole sky.
-//   Near its foot the block hides light from the plain.
+//   The block of the map hides a part of the light from the plain around it.
 // Provides sky_colour() where EDGE is not 0.
 
 #include "shade/edge.glsl"

@@ -27,7 +27,8 @@ vec2 lean_of(vec3 normal, vec3 o) {
     return o.xy * share / max(spread * (t * share + 0.39894228 * exp(-0.5 * t * t)), 1e-4);
 }
 
-// Replace a footprint's lobes by their means over the visible facets. With the slope, n changes by −n_z.
+// Replace a footprint's lobes by their means over the visible facets. If the slope changes by d, the horizontal part of
+// the normal n changes by −n_z d.
 void lean_over(inout Merged m, vec2 lean) {
     vec3 turn = vec3(m.normal.z * slope_variance(m.normal) * lean, 0.0);
     vec3 leaned = m.normal + turn;

@@ -75,7 +75,7 @@ void add_sky(inout Lit l, Ground g) {
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
-// The slope for the sun at one place. In a store, which has no means of sunlight, a large extent has its mean slope.
+// The slope for the sun at one place. A store has no means of sunlight: there, a large footprint gets its mean slope.
 vec2 sun_slope(vec2 post, vec2 extent) {
     vec2 slope = slope_of_cells(post);
     return HAS_SUMS ? slope : mix(slope, rough_slope(post, extent), farness_from(PART * SUN_FROM, extent));
@@ -95,7 +95,7 @@ void add_sun(inout Lit l, Ground g, vec2 lean) {
     float grained = far < 1.0 ? grain_strength(g.post, length(g.fine.slope), l.lobe.albedo) : 0.0;
     float weight = 1.0 / float(bitCount(g.samples));
     int left = g.samples;
-    do {  // compilers write out a loop over numbers: this one they compile once, not four times
+    do {  // compilers unroll a loop over all samples; this loop they compile only once
         vec2 part = part_of(g, findLSB(left));
         if (far < 1.0) near_ += weight * sun_at(part, PART * g.extent, grained);
         if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_.x += weight * sun_over(part, PART * g.extent, lean);
@@ -120,7 +120,7 @@ Lit lit_ground(Ground g) {
 vec3 direct_light(Lit l) { return u_sun.amplitude * (u_sun.integral / PI * l.sun); }
 
 // The lobe of half-vectors at the sun's half-vector (B.1): dω_h / dω_i = 1 / (4 o·h).
-// Warping it would make it too wide here.
+// A warped lobe, as in reflection_lobe(), would be too wide here.
 vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
     vec3 h = normalize(towards_eye + u_sun.axis + vec3(0.0, 0.0, 1e-6));
     return u_sun.amplitude * u_sun.integral * sg_value(vmf_lobe(r, vec3(1.0)), h)

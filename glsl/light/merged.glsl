@@ -27,7 +27,7 @@ layout(std430, binding = 3) readonly buffer Lobes { uint lobe_sum[]; };  // sign
 #endif
 
 struct LobeBox {
-    ivec4 x, row;  // the column before each side, and the row before it times the width; -1 is the rim
+    ivec4 x, row;  // columns before the sides; rows before the sides, times the table's width; negative before the rim
     vec4 part;     // fraction of a texel that a side is beyond its first word: west, north, east, south
     float area;
 };

@@ -2,7 +2,7 @@
 //   SG(ω) = a · e^(λ (ω·l − 1))       axis l, sharpness λ, amplitude a
 //   ∫ SG  = 2π a (1 − e^(−2λ)) / λ
 //   (Wang et al. 2009, "All-frequency rendering of dynamic, spatially-varying reflectance")
-//   The product of two is another one: with s = λ1 l1 + λ2 l2,  λ = |s|, l = s/|s|, a = a1 a2 e^(|s| − λ1 − λ2).
+//   The product of two SGs is an SG: with s = λ1 l1 + λ2 l2,  λ = |s|, l = s/|s|, a = a1 a2 e^(|s| − λ1 − λ2).
 //   |s| − λ1 − λ2 is computed as −2 λ1 λ2 (1 − l1·l2) / (|s| + λ1 + λ2): for sharp lobes the difference would cancel.
 // Provides Lobe, sg_value(), sg_integral(), sg_product(), sg_inner_product().
 // Python twins: reference.sg_integral, reference.sg_product

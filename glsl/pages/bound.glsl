@@ -1,10 +1,12 @@
 // pages/bound.glsl — error/bound.glsl for a map of which only some pages are on the GPU (pages/terrain.glsl).
-//   Each page has its own tables. If all pages over a closed box are loaded at its spacing, the bound is that of the
-//   whole map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level l > j:
+//   Each page has its own tables. If all pages over a closed box are loaded at the level j of its spacing, the bound is
+//   that of the whole map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level
+//   l > j. Let M be the largest error of a page's cells:
 //     - Inside one page. Bilinear heights lie between both diagonals of the page's cells, and so does every mesh
-//       through them. So its error is at most M_l, however fine its triangles are.
-//     - Across pages. A cell in page A may have corners in page B. With A's heights there, its error would be at most
-//       M_A; these heights differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.
+//       through these heights. So the error of the mesh is at most M, however fine its triangles are.
+//     - Across pages. A cell of the mesh in page A may have corners in page B. With A's heights there, the cell's error
+//       would be at most M_A; A's heights differ from B's by at most M_A + M_B. So the error is at most
+//       2 M_A + M_B ≤ 3 max M.
 //       Records say nothing of holes: a node with a hole has no such bound until all pages over the box are loaded.
 //   The proof: docs/stores.md.
 // Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables,
@@ -48,7 +50,7 @@ float largest_of_level_m(ivec2 low, ivec2 end, int level) {
     return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
 }
 
-// Whether a node of the box has a hole; all pages of the level are loaded over it.
+// Whether a node of the box has a hole; all pages of the level over the box are loaded.
 bool has_holes(ivec2 low, ivec2 end, int level) {
 #ifndef NO_VOIDS
     if (u_has_voids == 0) return false;
@@ -62,7 +64,8 @@ bool has_holes(ivec2 low, ivec2 end, int level) {
     return false;
 }
 
-// The bound for a box whose pages are not all loaded at its spacing; at `level`, the finest such level, all are loaded.
+// The bound for a box if some of its pages of level `from` are not loaded; `level` is the finest level at which all
+// pages over the box are loaded.
 float largest_of_coarse_m(ivec2 low, ivec2 end, int from, int level, bool is_mixed) {
     float worst_m = largest_of_level_m(low, end, level);
     if (!is_mixed) return worst_m;

@@ -30,7 +30,7 @@ vec2 step_around(int level, vec2 post, vec2 extent) {
     return level == 0 ? vec2(1.0) : (b - a) / (in_lattice(level, b) - in_lattice(level, a));
 }
 
-// w_l: the share of a level in the relief of a box; places and extents are in its steps.
+// w_l: the share of a level in the relief of a box; places and extents are in steps of that level.
 float share_of(int level, vec2 at, vec2 extent) {
     // Half the side of the box of posts that are read.
     vec2 reach = 0.5 * max(min(extent, LARGEST_BOX_POSTS), 2.0) + 1.5, last = vec2(last_of(level));

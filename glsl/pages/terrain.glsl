@@ -2,8 +2,8 @@
 //   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. A loaded page is in a slot of
 //   a pool, and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's
 //   own height if it is on the lattice of that page, else the bilinear height between four posts of the lattice. So
-//   all shaders see the same height. Page tables: for each level the slot of each page, + 1, and whether it has
-//   light; then, for each page of level 0, the finest loaded one over it.
+//   all shaders see the same height. Page tables: for each level the slot of each page, + 1, and whether the page has
+//   light; then, for each page of level 0, the finest loaded page over it.
 // Provides height_m(), marks_at(), range_index(), loaded_level(), finest_over(), first_texel(), PAGE, slot_of(),
 // lit_slot_of(), pages_of(), resident_level().
 
@@ -17,7 +17,7 @@ uint page_word(int i) { return texelFetch(u_pages, ivec2(i % PAGE_ROW, i / PAGE_
 
 ivec2 pages_of(int level) { return (u_level[level].size + PAGE - 1) >> PAGE_LOG2; }
 
-#define LIT 0x80000000u  // bit of a page with light
+#define LIT 0x80000000u  // bit in a page's word: the page has light
 
 uint word_of_page(int level, ivec2 page) {
     return page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x);
@@ -58,8 +58,8 @@ float height_m(ivec2 post) {
     return mix(north, south, t.y);
 }
 
-// The marks of a post. If its page is not loaded, the marks of the post before it on the lattice of the finest loaded
-// page. So a node of a coarser page is drawn as a hole only if all its cells are holes.
+// The marks of a post. If its page of level 0 is not loaded: the marks of the post at or before it on the lattice of
+// the finest loaded page. So a node of a coarser page is drawn as a hole only if all its cells are holes.
 uint marks_at(ivec2 post) {
     ivec2 fine = min(post >> PAGE_LOG2, pages_of(0) - 1);
     uint word = finest_over(fine);
@@ -75,8 +75,8 @@ ivec4 pages_over(ivec2 low, ivec2 end, int level) {
     return ivec4(min(max(low, ivec2(0)) >> side_log2, most), min(min(end, u_last_post) >> side_log2, most));
 }
 
-// The finest level, from `level` up, whose pages over a closed box are all loaded. `is_mixed`: parts of the box have
-// finer pages.
+// The finest level, from `level` up, whose pages over a closed box are all loaded. `is_mixed`: the box lies over
+// several pages of that level, or parts of the box have finer pages.
 int resident_level(ivec2 low, ivec2 end, int level, out bool is_mixed) {
     is_mixed = false;
     for (; level < u_top_level; level++) {

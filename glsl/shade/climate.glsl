@@ -20,8 +20,8 @@ Climate climate_at(vec2 post) {
 
 float metres_up(float height_m) { return height_m + u_base_m; }
 
-#define TREES_END 0.33  // zones are numbers from 0, at the sea; trees end at this one,
-#define SNOW_STAYS 0.60 // and snow begins at this one
+#define TREES_END 0.33  // zones are numbers from 0, at the sea; trees end at this zone,
+#define SNOW_STAYS 0.60 // and snow begins at this zone
 
 float zone_of(float up_m, Climate c) {
     if (up_m < c.trees_m) return TREES_END * up_m / max(c.trees_m, 100.0);

@@ -1,8 +1,9 @@
-// shade/contours.glsl — contour lines over the land as it is drawn: they are off their true places as far as the land.
+// shade/contours.glsl — contour lines over the land as it is drawn: they have the errors of the drawn land.
 //   height = z + drop + the eye's height              of the place that a sample sees, from its depth
 //   level  = height / interval                        lines are at whole numbers, index lines at every fifth
 //   rise   = levels that one pixel spans              the gradient over the pixel's four samples, by least squares:
-//                                                     (sum of xᵢ hᵢ, sum of yᵢ hᵢ) / sum of xᵢ², as sum of xᵢ yᵢ = 0
+//                                                     (sum of xᵢ hᵢ, sum of yᵢ hᵢ) / sum of xᵢ², as sum of xᵢ yᵢ = 0;
+//                                                     (xᵢ, yᵢ) is the offset of sample i in the pixel, hᵢ its level
 //   cover  = width/2 + 1/2 − |level − round| / rise   the share of the pixel that the line covers (box filter)
 //   So a line has one width in the picture, on a cliff and at a grazing angle, too.
 //   Lines fade where they are only a few pixels apart; index lines fade where lines are five times closer.
@@ -11,7 +12,7 @@
 #include "shade/footprint.glsl"
 
 #ifndef CONTOURS
-#define CONTOURS 0  // 1 where they are drawn
+#define CONTOURS 0  // 1 where contour lines are drawn
 #endif
 
 #define CONTOUR_PX 1.2

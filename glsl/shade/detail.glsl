@@ -12,7 +12,7 @@ in vec3 g_weights;
 
 layout(location = 0) out vec4 out_drawn;
 // x: 2 + log2 of the posts between vertices, negative for fans; y: triangle's edge, 0 to 1;
-// z: log2 of the segments a side, whole, plus the patch's border, 0 to 1; w: the style's own number, in pixels
+// z: log2 of the segments a side, whole, plus the patch's border, 0 to 1; w: px of put_detail()
 
 // Lines are one pixel wide, and fainter on small triangles.
 float edge_line() {
@@ -29,7 +29,7 @@ float border_line(vec2 post, Patch p, vec2 post_per_px) {
     return (1.0 - smoothstep(0.5, 1.2, min(px.x, px.y))) * clamp(min(room.x, room.y) / 8.0, 0.1, 1.0);
 }
 
-// Store the facts; px is the style's own number, in pixels.
+// Store the facts. px is the bound in pixels for style "promise", 1 at a crack for "cracks", else the error in pixels.
 void put_detail(float px) {
     Patch p = patch_of(g_of_patch);
     vec2 post_per_px = fwidth(g_post);

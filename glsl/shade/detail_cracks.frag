@@ -1,5 +1,5 @@
 // shade/detail_cracks.frag — the first pass for style "cracks": 1 where a sample sees the underside of the land.
-//   An eye above a whole mesh never sees it. Through a crack it looks under the land, and meets it from below.
+//   An eye above a mesh without cracks never sees an underside. A ray through a crack meets the land from below.
 
 #include "shade/detail.glsl"
 

@@ -1,7 +1,7 @@
 // shade/detail_promise.frag — the first pass for style "promise":
-//   the certified bound of the whole patch, in pixels. A patch of the clipmap has it in its record.
-//   For a square of the quadtree the tables give it; where it draws the map's cells, it is that of the cell. A negative
-//   number means: no bound.
+//   the certified bound of the whole patch, in pixels. A patch of the clipmap has this bound in its record.
+//   The bound of a square of the quadtree comes from the tables. Where the square is drawn at every post or finer, each
+//   cell of the map has its own bound. A negative number means: no bound.
 
 #include "shade/detail.glsl"
 #include "lod/quadtree/cell.glsl"

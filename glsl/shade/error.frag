@@ -1,6 +1,6 @@
-// shade/error.frag — style "error": the error of the surface in pixels, from black, 0,
-//   to pale yellow, the end of the scale; cyan above it; grey where the map has no data.
-//   The bar at the lower left shows the colours from 0 to that end; the window has a legend instead.
+// shade/error.frag — style "error": the error of the surface in pixels. Black is 0, pale yellow the end of the scale;
+//   errors above the scale are cyan; land is grey where the map has no data.
+//   The bar at the lower left shows the colours of the scale; the window has a legend instead.
 
 #include "shade/drawn.glsl"
 #include "shade/marks.glsl"

@@ -20,10 +20,10 @@ struct Ground {
     vec2 post;
     vec2 extent;      // sides of the footprint in posts, columns and rows
     vec2 u, v;        // a pixel to the right and up, in posts
-    vec2 along;       // its longer half axis e, in posts
+    vec2 along;       // the longer half axis e of the footprint, in posts
     int pieces;       // number of pieces, and the sides of each
     vec2 piece;
-    int samples;      // the samples, as bits, that see it; each has a part of the footprint
+    int samples;      // the samples, as bits, that see this ground; each sees a part of the footprint
     Relief fine;      // mean height and slope of the footprint
     vec3 from_eye_m;
     vec3 towards_eye;
@@ -46,7 +46,7 @@ float farness_from(float posts, vec2 extent) {
 
 float farness(vec2 extent) { return farness_from(SUN_FROM, extent); }
 
-#define RELIEF 1.3  // sides of the box for its relief, relative to the footprint's
+#define RELIEF 1.3  // sides of the box over which the relief is averaged, relative to the footprint's
 
 bool is_near(vec2 extent) { return RELIEF * max(extent.x, extent.y) <= FINEST_BOX_POSTS; }
 
@@ -75,7 +75,7 @@ void cut(inout Ground g, vec2 u, vec2 v) {
     float wide = sqrt(max(mean - apart, 1e-12)), length_ = min(sqrt(mean + apart), LARGEST_BOX_POSTS);
     vec2 e = abs(b) > 1e-6 * mean ? normalize(vec2(b, mean + apart - a)) : (a > d ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
     g.along = e * length_;
-    float askew = min(abs(g.along.x), abs(g.along.y)) / wide;  // a measure of how diagonal it is
+    float askew = min(abs(g.along.x), abs(g.along.y)) / wide;  // a measure of how diagonal the footprint is
     g.pieces = int(clamp(askew + 0.5, 1.0, float(MOST_PIECES)));
     vec2 less = g.along * g.along * (1.0 - 1.0 / float(g.pieces * g.pieces));
     g.piece = clamp(sqrt(max(vec2(a, d) - less, wide * wide)), vec2(1e-4), vec2(LARGEST_BOX_POSTS));

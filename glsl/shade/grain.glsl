@@ -8,7 +8,7 @@
 #include "shade/cover.glsl"
 
 #ifndef GRAIN
-#define GRAIN 0  // 1 where it is drawn
+#define GRAIN 0  // 1 where grain is drawn
 #endif
 
 struct Grain {

@@ -1,5 +1,5 @@
 // shade/lambert.frag — style "lambert": one normal for each pixel, one light, no shadows.
-//   Times of shading are compared with it.
+//   Benchmarks compare the shading times of other styles with this style.
 
 #include "shade/samples.glsl"
 #include "shade/tone.glsl"

@@ -1,5 +1,5 @@
-// shade/promise.frag — style "promise": the certified bound of each patch in pixels, from black, 0, to pale yellow, the
-// end of the scale; cyan above it. Patches without a bound are grey.
+// shade/promise.frag — style "promise": the certified bound of each patch in pixels. Black is 0, pale yellow the end of
+// the scale; bounds above the scale are cyan; patches without a bound are grey.
 
 #include "shade/drawn.glsl"
 

@@ -6,8 +6,8 @@
 //
 //          a       b       c        mean height   sum(a..c) / area
 //       a  ┌───────┬───────┐        slope         (mean of the eastern half − mean of the western) / distance of
-//          │  NW   │  NE   │                      their centres: exactly the mean slope, weighted by a tent across
-//       b  ├───────┼───────┤                      and a box along
+//          │  NW   │  NE   │                      their centres: exactly the mean of the slope to the east, weighted
+//       b  ├───────┼───────┤                      by a tent in columns and equally in rows
 //          │  SW   │  SE   │        Exact for planes, at any place.
 //       c  └───────┴───────┘        Each side needs two texels: 6 × 6 words together.
 //
@@ -50,7 +50,7 @@ vec3 sums_of_row(uint sum[36], int row, vec3 part) {
 }
 
 // Texels turn a ramp into a staircase. A box whose sides cut steps of the staircase gives a slope that is a little
-// wrong. So it is divided by the result of the same box on a ramp of slope 1.
+// wrong. So the slope is divided by the result of the same box on a ramp of slope 1.
 vec3 stairs_until(vec3 x, float origin) {
     vec3 n = floor(x) - origin;
     return 0.5 * n * (n - 1.0) + n * fract(x);

@@ -11,7 +11,8 @@ vec3 srgb_encoded(vec3 linear) { return linear; }
 
 #define WHITE 2.2  // the luminance that is displayed as white
 
-// Reinhard et al. 2002, "Photographic tone reproduction for digital images", equation 4, on luminance.
+// Reinhard et al. 2002, "Photographic tone reproduction for digital images", equation 4, on the luminance; blended with
+// the same curve on each channel, so that very bright colours become paler.
 vec3 tone_mapped(vec3 light) {
     float luminance = dot(light, LUMINANCE);
     float shown = luminance * (1.0 + luminance / (WHITE * WHITE)) / (1.0 + luminance);
