@@ -69,7 +69,7 @@ def task_text(each: Change) -> str:
 
 {new}
 
-Which of these tests fail now, and why? Write it down. Run them, explain what you see, and mend the line.
+Which of these tests fail now, and why? Write down your answer. Run the tests, explain the result, and restore the line.
 
     .venv/bin/python -m pytest -q \\
 {tests}
