@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
-from ..basics.limits import is_too_large
-from ..files.export import FORMATS, files_beside, make_mesh, mesh_format, write_mesh
+from ..files.export import FORMATS, files_beside, land_mesh, mesh_format, write_mesh
 from ..files.mesh_formats import PRINT_MM, Mesh
-from ..heightmap import Heightmap
 from ..image import file_bytes
 from ..renderer import Renderer
 from ..renderer.plan import LONGEST_PX, plan
@@ -92,19 +90,8 @@ def _drawn(args: argparse.Namespace, scene: options.CommandScene, is_page: bool)
         if not len(triangles):
             raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
         heights = heights if args.exaggeration == 1 else heights * np.float32(args.exaggeration)
-        heightmap = renderer.heightmap
-        void = _voids(heightmap) if args.voids == "hole" and heightmap.voids else None
-        mesh = make_mesh(triangles, heights, heightmap.spacing_m, args.weld, heightmap.place, void)
-    if not len(mesh.faces):
-        raise TerrainError(f"{heightmap.name}: no triangles without voids: drop --voids hole")
+        mesh = land_mesh(renderer.heightmap, triangles, heights, args.voids, args.weld)
     return replace(mesh, texture=texture), stats
-
-
-def _voids(heightmap: Heightmap) -> np.ndarray:
-    """(rows, cols) bool, the posts without data."""
-    if is_too_large(heightmap.rows, heightmap.cols):
-        raise UsageError(f"{heightmap.name}: has too many posts to cut its voids out of a mesh: drop --voids hole")
-    return np.isnan(heightmap.heights[:, :])
 
 
 def _has_view(args: argparse.Namespace) -> bool:
@@ -116,12 +103,11 @@ def _has_view(args: argparse.Namespace) -> bool:
 def _of_view(
     renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    asked = options.view_of(args, scene) | {"style": UNLIT}
-    if not renderer.streaming:
-        stats = renderer.draw(**asked | {"method": args.method or _METHOD})
-        return renderer.triangles(), renderer.inspector.drawn_heights(), stats
-    stats = renderer.draw(**asked | {"method": "sat" if args.method in (None, _METHOD) else args.method})
-    return renderer.triangles(), renderer.terrain.filled, stats
+    method = args.method or _METHOD
+    if renderer.streaming and method == _METHOD:
+        method = "sat"
+    stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT, "method": method})
+    return renderer.triangles(), renderer.inspector.drawn_heights(), stats
 
 
 def _of_map(renderer: Renderer, args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..basics.exceptions import UsageError
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.limits import is_too_large
 from ..basics.replacing import replacing
+from ..heightmap import Heightmap
 from ..mesh import vertex_heights
 from ..readers.place import Place
 from .cutting import cut_voids
@@ -19,9 +21,39 @@ from .mesh_formats import BESIDE, Format, Mesh, parts_of
 from .mesh_formats import FORMATS as OF_FILES
 from .page import land_page
 
-__all__ = ["FORMATS", "Mesh", "files_beside", "make_mesh", "mesh_format", "write_mesh"]
+__all__ = ["FORMATS", "Mesh", "files_beside", "land_mesh", "make_mesh", "mesh_format", "write_mesh"]
 
 FORMATS: dict[str, Format] = {**OF_FILES, ".html": land_page}
+
+
+def land_mesh(
+    heightmap: Heightmap, triangles: np.ndarray, heights: np.ndarray, voids: str = "fill", weld: bool = True
+) -> Mesh:
+    """Mesh of the triangles of a frame, (m, 3, 2) columns and rows, with its map's spacing and place.
+
+    Parameters
+    ----------
+    heights
+        As for `make_mesh`.
+    voids
+        "fill", or "hole" to leave out what is void.
+
+    Raises
+    ------
+    TerrainError
+        No triangle is left without voids.
+    UsageError
+        The map is too large to look for all its voids.
+    """
+    void = None
+    if voids == "hole" and heightmap.voids:
+        if is_too_large(heightmap.rows, heightmap.cols):
+            raise UsageError(f"{heightmap.name}: has too many posts to cut its voids out of a mesh: drop --voids hole")
+        void = np.isnan(heightmap.part(slice(0, heightmap.rows), slice(0, heightmap.cols)))
+    mesh = make_mesh(triangles, heights, heightmap.spacing_m, weld, heightmap.place, void)
+    if not len(mesh.faces):
+        raise TerrainError(f"{heightmap.name}: no triangles without voids: drop --voids hole")
+    return mesh
 
 
 def make_mesh(

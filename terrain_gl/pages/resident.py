@@ -38,6 +38,15 @@ class ResidentHeights(PostsOnDemand):
         self._log2 = heightmap.tile.bit_length() - 1
         self.copies = np.empty((slots, heightmap.tile + 1, heightmap.tile + 1), np.float32)
 
+    def copy(self) -> ResidentHeights:
+        """The present heights, which stay when other pages are loaded."""
+        other = copy(self)
+        slots, place = np.unique(self._finest & 0xFFFFFF, return_inverse=True)
+        other._finest = (self._finest & 0xFF000000) | place.reshape(self._finest.shape).astype(np.uint32)
+        other.copies = self.copies[slots]
+        other.marks = None if self.marks is None else self.marks[slots]
+        return other
+
     def known(self) -> ResidentHeights:
         """The same heights, but NaN where void. Whoever writes `copies` must also write the `marks` of the result."""
         other = copy(self)

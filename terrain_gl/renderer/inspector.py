@@ -120,11 +120,14 @@ class Inspector:
 
     @in_session
     def drawn_heights(self) -> np.ndarray:
-        """(rows, cols) float32 metres: the drawn height at posts with a vertex, the true height elsewhere."""
-        if self.resources.streaming:
-            raise UsageError("a store is too large for the heights of all its posts: ask for drawn_height_at")
+        """(rows, cols) float32 metres: the drawn height at posts with a vertex, the true height elsewhere.
+
+        For a store, the heights of the loaded tiles, which all vertices have; a `PostsOnDemand`.
+        """
         posts, heights_m = self._chosen().triangles
         drawn = self.terrain.filled.copy()
+        if self.resources.streaming:
+            return drawn
         on_post = (posts == np.floor(posts)).all(-1)
         col, row = posts[on_post].astype(np.int64).T
         drawn[row, col] = heights_m[on_post] + np.float32(self.terrain.base_m)

@@ -52,6 +52,8 @@ class Opened:
         Factor by which the relief is shown higher.
     rest
         Reads the map itself, if this is a coarse sample that is shown meanwhile; None for a map.
+    note
+        A line for the user on how the map was read; "" if there is nothing to tell.
     """
 
     heightmap: Heightmap
@@ -63,6 +65,7 @@ class Opened:
     offer: str = ""
     exaggeration: float = 1.0
     rest: Callable[[Callable[[float], None]], Opened] | None = None
+    note: str = ""
 
 
 Progress = Callable[[float], None]
@@ -105,14 +108,16 @@ def _pays(path: str) -> bool:
 
 
 def _from_cache(path: str, progress: Progress) -> Opened:
-    """A raster from its store, which is made at first use; from memory if the store cannot be made."""
+    """A raster from its store, which is made at first use; from memory, with a note, if the store cannot be made."""
+    note = ""
     try:
         read: Heightmap | StoredMap = cache.stored(path, Reading(), None, progress)
         read.opened = {"path": path}
         seen = read.coarse()
-    except TerrainError:
+    except TerrainError as error:
+        note = f"{error}; {os.path.basename(path)} is held in memory instead"
         read = seen = open_map(path, progress=progress)[0]
-    return Opened(read, standard_view(seen), standard_sun(seen), key=os.path.realpath(path))
+    return Opened(read, standard_view(seen), standard_sun(seen), key=os.path.realpath(path), note=note)
 
 
 class LoadJob:

@@ -114,11 +114,11 @@ class Painter:
 
     # --- Its state ----------------------------------------------------------------------------------------------------
 
-    def choose_levels(self, renderer: Renderer, spec: FrameSpec, side: int) -> None:
-        """Let the renderer choose the mesh of one side in full size."""
+    def choose_levels(self, renderer: Renderer, spec: FrameSpec, side: int) -> dict[str, Any]:
+        """Let the renderer choose the mesh of one side in full size; returns its stats."""
         self.interrupt()
         _resize(renderer, spec.size)
-        renderer.choose(spec.camera, **vars(spec.sides[side]))
+        return renderer.choose(spec.camera, **vars(spec.sides[side]))
 
     def is_busy(self, spec: FrameSpec) -> bool:
         """Whether there is work for the next frame."""

@@ -13,7 +13,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from ..basics.steps import Steps, portion
-from ..files.export import FORMATS, Mesh, make_mesh, write_mesh
+from ..files.export import FORMATS, Mesh, land_mesh, write_mesh
 from ..files.records import json_text
 from ..film.flight import FPS, flight_steps
 from ..film.path import CameraPath, Keyframe
@@ -221,28 +221,31 @@ class Saver:
         if not self._may_save():
             return
         renderer = self._scene.renderer
-        if self._scene.is_paged:
-            self._window.say(f"the mesh of a store cannot be saved: {self._scene.in_memory}")
-            return
-        path = free_path(self._scene.heightmap.name, self.mesh_format)
-        self._painter.choose_levels(renderer, self._scene.frame_spec(), 0)
+        spec = self._scene.frame_spec()
+        with self._for_a_file():
+            stats = self._painter.choose_levels(renderer, spec, 0)
         triangles = renderer.triangles()
-        heights = renderer.inspector.drawn_heights()
-        if len(triangles):
-            heightmap = renderer.heightmap
-            mesh = make_mesh(triangles, heights, heightmap.spacing_m, place=heightmap.place)
-            self._in_thread(self._write_mesh, path, mesh)
-        else:
+        if not len(triangles):
             self._window.say("no triangles in this view: turn the camera")
+            return
+        heights = renderer.inspector.drawn_heights()
+        missing = len(stats.get("tiles_missing", ()))
+        lacks = f"; not complete: {missing} tiles are missing" if missing else ""
+        try:
+            mesh = land_mesh(renderer.heightmap, triangles, heights, spec.sides[0].voids)
+        except TerrainError as error:
+            self._window.say(str(error))
+        else:
+            self._in_thread(self._write_mesh, free_path(renderer.heightmap.name, self.mesh_format), mesh, lacks)
 
-    def _write_mesh(self, path: Path, mesh: Mesh) -> None:
+    def _write_mesh(self, path: Path, mesh: Mesh, lacks: str) -> None:
         try:
             write_mesh(path, mesh)
         except (TerrainError, OSError) as error:
             self._window.say(str(error))
         else:
             unit = "mm" if path.suffix == ".stl" else "metres"
-            self._window.say(f"saved {path.absolute()}: {len(mesh.faces):,} triangles in {unit}")
+            self._window.say(f"saved {path.absolute()}: {len(mesh.faces):,} triangles in {unit}{lacks}")
 
     # --- Films, command lines, camera paths ---------------------------------------------------------------------------
 

@@ -157,6 +157,8 @@ class Viewer:
         elif opened is not scene.opened:  # it was a sample, and this is the map
             self.loader.map_shown(opened)
             scene.go_on(opened, scene.exaggeration)
+        if opened.note and not is_preview:
+            self.window.say(opened.note, HINT_S)
         renderer.picture.waits_for_light = False
         renderer.picture.has_bar = False
         renderer.timer.queries = Stopwatch.works(self.ctx)

@@ -18,8 +18,10 @@ from terrain_gl.files import huge
 from terrain_gl.files.edits import read_edits
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.mesh import vertex_heights
 from terrain_gl.pages.edited_map import EditedMap
 from terrain_gl.readers.windows import Reading
+from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer import painter, tile_map
 from terrain_gl.viewer.app import App
@@ -33,6 +35,8 @@ from terrain_gl.store import cache
 from terrain_gl.store.opened import StoredMap
 
 SIZE = (360, 640)
+VERTEX = np.dtype([("at", "<f8", 3), ("normal", "<f4", 3), ("texture", "<f4", 2)])  # of a PLY file
+FACE = np.dtype([("count", "u1"), ("corners", "<u4", 3)])
 
 
 class Held(StoredMap):
@@ -166,7 +170,6 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     assert "method sat" in said(lambda: app.press("f"))
     assert "one method" in said(lambda: app.press("t"))
     assert "none of the whole map" in said(lambda: app.press("u"))
-    assert "mesh of a store" in said(lambda: app.press("o"))
     assert "keeps its scale" in said(lambda: viewer.exaggerate(2.0))
     assert "keeps its scale" in said(lambda: viewer.set_spacing("3"))
     copied = []
@@ -178,6 +181,50 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     assert (spec.method, spec.triangles, spec.style) == ("sat", None, "promise")
     until_complete(app)
     assert viewer.painter.frame.stats["complete"]
+
+
+def test_the_mesh_of_a_store_is_saved_as_that_of_the_map_in_memory(shown, hills, tmp_path, monkeypatch):
+    """Also while its tiles are still missing in the window: it waits for them."""
+    app, stored = shown
+    monkeypatch.chdir(tmp_path)
+    viewer = app.viewer
+    viewer.saver.mesh_format = ".ply"
+    few = viewer.painter.frame.stats["triangles"]
+    stored.gate.set()
+    app.press("o")
+    assert not viewer.scene.renderer.streaming.waits
+    viewer.saver.join()
+    spec = viewer.scene.frame_spec()
+    with Renderer(hills[0], spec.size) as whole:
+        told = whole.choose(spec.camera, **vars(spec.sides[0]))
+        corners = whole.triangles().astype(float)
+    count = told["triangles"]
+    assert count > 1.5 * few and f"{count:,} triangles in metres" in viewer.window.message
+    head, _, body = (tmp_path / "s-001.ply").read_bytes().partition(b"end_header\n")
+    vertices = np.frombuffer(body, VERTEX, int(head.split(b"element vertex ")[1].split()[0]))["at"]
+    faces = np.frombuffer(body[VERTEX.itemsize * len(vertices) :], FACE, count)["corners"]
+    heights = vertex_heights(hills[0].heights, corners)
+    col, row = np.moveaxis(corners, -1, 0)
+    expected = np.stack([2 * col, 2 * (hills[0].rows - 1 - row), heights], -1)
+    np.testing.assert_allclose(in_order(vertices[faces]), in_order(expected), atol=1e-4)  # float32 heights to 100 m
+
+
+def in_order(triangles):
+    """Triangles (n, 3, 3), sorted by the sums of their corners."""
+    sums = triangles.sum(1)
+    return triangles[np.lexsort(np.round(sums, 2).T)]
+
+
+def test_heights_of_a_saved_mesh_stay_when_the_camera_flies_on(hills):
+    with Renderer(StoredMap(hills[1]), (160, 90)) as renderer:
+        renderer.choose(standard_view(hills[0], "valley"), 0.5)
+        heights = renderer.inspector.drawn_heights()
+        kept = heights[:, :]
+        pool = renderer.terrain
+        pool.hide()
+        assert np.abs(pool.filled[:, :] - kept).max() > 0.1
+        pool.filled.copies[:] = 0.0
+        np.testing.assert_array_equal(heights[:, :], kept)
 
 
 def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, monkeypatch):
@@ -421,4 +468,20 @@ def test_a_large_raster_of_the_dialog_gets_a_store_too(large):
     gate.set()
     opened = file_opener(raster)(lambda _: None)
     assert opened.heightmap.cols == 100 and opened.rest
-    assert opened.rest(lambda _: None).heightmap.is_store
+    of_store = opened.rest(lambda _: None)
+    assert of_store.heightmap.is_store and of_store.note == ""
+
+
+def test_a_large_raster_whose_store_cannot_be_made_is_held_in_memory_and_a_line_says_why(large, make_app, monkeypatch):
+    raster, _ = large
+
+    def full(*_, **__):
+        raise TerrainError("no space left on the disk")
+
+    monkeypatch.setattr(cache, "build", full)
+    app = make_app(with_map=False)
+    app.viewer.open(raster)
+    while app.viewer.loader.job:
+        later(app)
+    assert not app.viewer.scene.is_paged and app.viewer.scene.heightmap.cols == 400
+    assert app.viewer.window.message == "no space left on the disk; huge.tif is held in memory instead"
