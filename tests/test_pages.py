@@ -342,14 +342,18 @@ def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
         assert named
 
 
-def test_other_methods_and_too_few_triangles_are_refused(hills):
-    _, path = hills
+def test_other_methods_are_refused(hills):
+    with Renderer(StoredMap(hills[1]), SIZE) as renderer, pytest.raises(UsageError, match="store"):
+        renderer.draw(Camera((100, 100, 300), (100, 200, 0)), 1, method="quadtree")
+
+
+def test_the_smallest_budgets_give_a_mesh_of_few_triangles(hills):
+    whole, path = hills
     with Renderer(StoredMap(path), SIZE) as renderer:
-        camera = Camera((100, 100, 300), (100, 200, 0))
-        with pytest.raises(UsageError, match="store"):
-            renderer.draw(camera, 1, method="quadtree")
-        with pytest.raises(UsageError, match="triangles: allow more"):
-            renderer.draw(camera, triangles=2)
+        for camera in (Camera((100, 100, 300), (100, 200, 0)), standard_view(whole, "valley")):
+            stats = renderer.draw(camera, triangles=2, style="lambert")
+            assert stats["complete"] and stats["triangles"] < 100
+            assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"]
 
 
 def test_a_context_draws_whole_maps_after_a_store(ctx, hills):
@@ -492,7 +496,6 @@ def test_a_damaged_tile_ends_a_measurement_and_a_flight_with_one_line(store, run
 def test_what_cannot_read_stores_says_so(store, run):
     refused(run("compare", store, "-o", "f.png"), 1, "is a store", "shot, measure, mesh, fly, view and info")
     refused(run("shot", store, "-o", "p.png", "--spacing", "3"), 2, "has its own scales")
-    refused(run("shot", store, "-o", "p.png", "--triangles", "2"), 2, "allow more")
     refused(run("shot", store, "-o", "p.png", "--gpu-memory", "1", "--memory", "1", "--method", "full"), 2, "sat")
     Path(store, "zarr.json").write_text("{}")
     refused(run("info", store), 1, "not a finished store")

@@ -166,3 +166,8 @@ def test_measure_takes_a_budget_of_a_store(store, run):
     status, out, _ = run("measure", store, "--size", "96x64", "--triangles", 700, "--json", "-")
     stats = json.loads(out)
     assert status == 0 and stats["triangles"] <= 700 and stats["max_error_px"] <= stats["certified_max_error_px"]
+
+
+def test_a_budget_below_the_coarsest_mesh_is_drawn_and_told(store, run):
+    status, out, _ = run("measure", store, "--size", "96x64", "--view", "valley", "--triangles", 2)
+    assert status == 0 and "2 triangles, fewer than the coarsest mesh of this view has" in out

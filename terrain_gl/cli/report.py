@@ -67,7 +67,9 @@ def asked(stats: Mapping[str, Any]) -> str:
         return f"{stats['requested_triangles']:,} triangles" if stats["requested_triangles"] else "its parameters"
     if not stats["requested_triangles"]:
         return f"{stats['metric']} error {stats['requested_max_error_px']:g} px"
-    if stats["metric"] == "max":
+    if stats["triangles"] > stats["requested_triangles"]:
+        why = "fewer than the coarsest mesh of this view has"
+    elif stats["metric"] == "max":
         why = "for the smallest largest error"
     else:
         why = f"worth {stats['lambda']:.3g} px² each" if stats["lambda"] else "more than this view needs"

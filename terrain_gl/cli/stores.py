@@ -23,8 +23,6 @@ from ..renderer import Renderer
 from ..store import StoredMap, cache
 from . import report, values
 
-FEWEST_TRIANGLES = 10_000  # a view of a store may need more triangles than a smaller budget has
-
 
 def add_options(command: Any, needs_memory: tuple[str, ...] = (), pays_times: int = 1) -> None:
     """Add the options of commands whose map may be a store.
@@ -150,8 +148,7 @@ def _lacks(args: argparse.Namespace) -> str:
     for name in args.needs_memory:
         if (value := getattr(args, name)) is not None:
             return f"--{name} {value:g}"
-    few = getattr(args, "triangles", None)
-    return f"--triangles {few}" if few and few < FEWEST_TRIANGLES else ""
+    return ""
 
 
 def check_no_edits(args: argparse.Namespace, name: str) -> None:

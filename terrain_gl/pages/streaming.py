@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..basics.exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError
 from ..basics.steps import Steps
 from ..camera import Camera
 from ..lod import Goal, Selection
@@ -101,10 +101,7 @@ class Streaming:
             `complete`, `within_tolerance`, `tiles_resident`, `tiles_missing`: docs/stats.md.
         """
         self.terrain.eye_m = camera.eye
-        selection, loaded = (self._wait if self.waits else self._fly)(choose, camera, goal)
-        if goal.triangles and selection.triangles > goal.triangles:
-            raise UsageError(f"this view of a store needs at least {selection.triangles:,} triangles: allow more")
-        return selection, loaded
+        return (self._wait if self.waits else self._fly)(choose, camera, goal)
 
     def release(self) -> None:
         """End the threads."""

@@ -180,12 +180,10 @@ class Scene:
 
 
 def of_store(side: RenderOptions) -> dict[str, Any]:
-    """Changes of options that a store needs: no budget, and the method "sat"."""
+    """Changes of options that a store needs: the method "sat", and no style "error"."""
     changes: dict[str, Any] = {"method": "sat", "parameters": None}
     if side.style == "error":
         changes["style"] = "promise"
-    if side.max_error_px is None:
-        changes |= {"triangles": None, "max_error_px": 1.0}
     return changes
 
 

@@ -48,14 +48,14 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Sce
     changes: dict[str, Any] = {}
     changes["max_error_px"] = ui.slide("tolerance", tolerance_px, *TOLERANCES_PX, hint, "%.3g px", True)
     changes["metric"] = ui.choose("metric", options.metric, CHOICES["metric"], METRIC_HINT)
+    triangles = options.triangles or stats.get("triangles", 1)
+    form = "at most %.0f" if options.triangles else "%.0f"
+    budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINTS[options.metric], form, True)
+    changes["triangles"] = None if budget is None else round(budget)
     if scene.is_paged:
-        ui.imgui.text_disabled("A store is drawn by sat, within a tolerance.")
+        ui.imgui.text_disabled("A store is drawn by the method sat.")
         tile_map.show(ui, cast(PagedTerrain, scene.renderer.terrain), scene.controller)
     else:
-        triangles = options.triangles or stats.get("triangles", 1)
-        form = "at most %.0f" if options.triangles else "%.0f"
-        budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINTS[options.metric], form, True)
-        changes["triangles"] = None if budget is None else round(budget)
         hint = f"How detail is chosen (F). {options.method}: {REGISTRY[options.method].help}."
         changes["method"] = ui.choose("method", options.method, CHOICES["method"], hint)
     given = {name: value for name, value in changes.items() if value is not None}

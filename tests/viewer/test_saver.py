@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from viewers import changed, drawn_at_once, later, load, seen, set_budget, settle, slow, swift
 
+from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
 from terrain_gl.files.export import FORMATS
 from terrain_gl.film.path import CameraPath
@@ -16,6 +17,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer.commands import press
+from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.saver import SIZES, free_path
 
 
@@ -285,6 +287,27 @@ def test_the_mesh_is_saved_as_it_is_drawn(viewer, tmp_path, monkeypatch, ending)
     viewer.scene.controller.look(0, -10000)  # the sky
     press(viewer, "o")
     assert "no triangles" in viewer.window.message
+
+
+def test_a_saved_mesh_has_no_triangle_over_a_void_that_is_drawn_as_a_hole(empty, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    heights = np.add.outer(np.sin(np.arange(60) / 9.0), np.cos(np.arange(80) / 7.0)) * 20
+    heights[20:30, 20:50] = np.nan
+    heightmap = Heightmap(heights, 5.0, "gap")
+    empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), Opened(heightmap, Camera.default(heightmap)))
+    empty.settings.change_all(style="lambert", max_error_px=0.01)
+    empty.saver.mesh_format = ".obj"
+    covered = []
+    for voids in ("fill", "hole"):
+        empty.settings.change_all(voids=voids)
+        press(empty, "o")
+        empty.saver.join()
+        lines = [line.split() for line in sorted(tmp_path.glob("*.obj"))[-1].read_text().splitlines()]
+        at = np.array([line[1:3] for line in lines if line[0] == "v"], float)
+        corners = at[np.array([[c.split("/")[0] for c in line[1:]] for line in lines if line[0] == "f"], int) - 1]
+        middle = corners.mean(1) / 5
+        covered.append(((middle > (20, 30)) & (middle < (49, 39))).all(1).sum())
+    assert covered[0] > 0 == covered[1]
 
 
 def test_bookmarks_become_a_path(viewer, tmp_path, monkeypatch):
