@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from terrain_gl.basics.boxes import over_blocks
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.basics.limits import check_size
 from terrain_gl.basics.rect import span_of
@@ -30,7 +31,7 @@ from terrain_gl.readers.values import ENCODINGS, read_heights
 MIN_SPACING_M = 1e-6
 MAX_SPACING_M = 1e6
 RANGE_BLOCK = 64  # posts a side of a block; an edited map keeps the lowest and highest height of each block
-MAX_HEIGHT_M = 1e7  # above it float32 has steps of a metre, and a value is most likely an unknown no-data mark
+MAX_HEIGHT_M = 1e7  # above this, float32 has steps of a metre, and a value is most likely an unknown no-data mark
 
 
 class Heightmap:
@@ -85,7 +86,7 @@ class Heightmap:
     """
 
     exaggeration = 1.0
-    is_store = False  # whether it is read page by page: `pages.map.PagedMap`
+    is_store = False  # whether the map is read page by page: `pages.map.PagedMap`
     _ground_spacing_m: Spacing | None = None
 
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
@@ -360,11 +361,11 @@ class Heightmap:
     def _follow_range(self, rows: slice, cols: slice) -> None:
         """Update the range from the blocks that hold these posts."""
         if self._lows is None or self._highs is None:
-            self._lows, self._highs = (_of_blocks(of, self.heights) for of in (np.fmin, np.fmax))
+            self._lows, self._highs = (over_blocks(of, self.heights, RANGE_BLOCK) for of in (np.fmin, np.fmax))
         blocks = tuple(slice(s.start // RANGE_BLOCK, -(-s.stop // RANGE_BLOCK)) for s in (rows, cols))
         part = self.heights[tuple(slice(s.start * RANGE_BLOCK, s.stop * RANGE_BLOCK) for s in blocks)]
-        self._lows[blocks] = _of_blocks(np.fmin, part)
-        self._highs[blocks] = _of_blocks(np.fmax, part)
+        self._lows[blocks] = over_blocks(np.fmin, part, RANGE_BLOCK)
+        self._highs[blocks] = over_blocks(np.fmax, part, RANGE_BLOCK)
         self.range_m = float(np.fmin.reduce(self._lows, None)), float(np.fmax.reduce(self._highs, None))
 
 
@@ -458,13 +459,6 @@ def _spacing(spacing_m: float | Spacing) -> Spacing:
             f"got {spacing_m}"
         )
     return east, north
-
-
-def _of_blocks(of: np.ufunc, heights: np.ndarray) -> np.ndarray:
-    """Reduce each block of RANGE_BLOCK × RANGE_BLOCK posts with a ufunc."""
-    for axis in (0, 1):
-        heights = of.reduceat(heights, np.arange(0, heights.shape[axis], RANGE_BLOCK), axis)
-    return heights
 
 
 def _first_known(*choices: Any) -> Any:

@@ -20,8 +20,9 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.cli import frames
 from terrain_gl.film import parts
 from terrain_gl.film.journal import FlightJournal
+from terrain_gl.film.parts import JOURNAL
 from terrain_gl.film.path import CameraPath, Keyframe
-from terrain_gl.film.record import JOURNAL, Recorder
+from terrain_gl.film.record import Recorder
 from terrain_gl.film.tour import tour
 from terrain_gl.image import read_image
 from terrain_gl.store import scheduling

@@ -6,8 +6,8 @@ import stat
 from .exceptions import TerrainError
 
 
-def check_input(path: str | os.PathLike[str], advice: str, most_bytes: int | None = None) -> None:
-    """Refuse a path that is not a readable regular file.
+def check_input(path: str | os.PathLike[str], advice: str, most_bytes: int | None = None) -> str:
+    """Refuse a path that is not a readable regular file; returns the path as text for messages.
 
     Parameters
     ----------
@@ -32,3 +32,4 @@ def check_input(path: str | os.PathLike[str], advice: str, most_bytes: int | Non
         raise TerrainError(f"{name}: is not a file but a directory, pipe or device: {advice}")
     if most_bytes is not None and about.st_size > most_bytes:
         raise TerrainError(f"{name}: is {about.st_size:,} bytes long, more than {most_bytes:,}: {advice}")
+    return name

@@ -29,7 +29,7 @@ class ViewBlock:
         self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
         self._values: dict[str, Any] = {}  # the block's fields, by name
         self._clip_from_eye: list[list[float]] = []  # projection of the whole picture, row by row
-        self._piece: Piece | None = None  # what the buffer holds
+        self._piece: Piece | None = None  # the piece whose view the buffer holds
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""

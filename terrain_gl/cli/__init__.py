@@ -32,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 stream.reconfigure(errors="backslashreplace")
         signals.listen()
     try:
-        # imports numpy; from here on signals are handled
+        # this imports numpy, which takes a while; signals are handled already
         names = tuple(import_module("..files.maps", __package__).bundled())
         words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, names)
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):

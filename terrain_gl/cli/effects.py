@@ -83,7 +83,7 @@ def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
 
 def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> None:
     """Unless the eye is under the ground: say that no land is in the picture, and how far the map is from the eye."""
-    if depth_below_ground(heightmap.coarse(), camera) > 0:  # there is a note on that already
+    if depth_below_ground(heightmap.coarse(), camera) > 0:  # a note has said so already
         return
     east, north = heightmap.extent_m
     x, y, _ = camera.eye

@@ -135,7 +135,7 @@ def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
     inside = np.all((eyes[:, :2] >= 0) & (eyes[:, :2] <= heightmap.extent_m), axis=1)
     try:
         ground = ground_m(heightmap, eyes[:, :2])
-    except TerrainError:  # a damaged tile of a store; the numbers of the frames that need it name it
+    except TerrainError:  # a tile of a store is damaged; the numbers of each frame that needs it name it
         ground = np.full(len(eyes), np.nan)
     under = np.nan_to_num(ground, nan=-np.inf) > eyes[:, 2]
     return {"frames_outside": int(np.sum(~inside)), "frames_under_ground": int(np.sum(under))}

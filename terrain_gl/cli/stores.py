@@ -116,7 +116,7 @@ def sample_meanwhile(args: argparse.Namespace, name: str) -> Heightmap | None:
         return None
     try:
         return sample(name, reading, args.spacing)[0]
-    except TerrainError:  # GDAL cannot read parts of it
+    except TerrainError:  # GDAL cannot read parts of the raster
         return None
 
 

@@ -13,7 +13,7 @@ from . import options, overlays, report, stores, values
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
-REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # if not given, taken from the last run
+REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # kept from the last run
 
 
 def add(commands: Any) -> None:

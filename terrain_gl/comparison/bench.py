@@ -190,7 +190,7 @@ def _python_ms(renderer: Renderer, rounds: int, view: dict[str, Any]) -> float:
 
 
 def _thread_ms(work: Callable[[], Any]) -> float:
-    started = time.thread_time()  # other programs and threads do not change it
+    started = time.thread_time()  # the time of this thread alone
     work()
     return 1e3 * (time.thread_time() - started)
 

@@ -36,7 +36,7 @@ FINEST = -6  # the finest level: vertices are on 64ths of a post
 FINEST_TRIED = -3  # the finest level that `candidates` tries
 BLOCK = 8  # cells a side of a block
 HIGH = 2.5  # a level is left out if its side is smaller than this times the eye's height above the ground
-_DRAW = 1024  # blocks in a draw
+_DRAW = 1024  # most blocks in one draw command
 _BLOCK = np.dtype([("cells", "4i4"), ("border", "4i4"), ("level", "i4")])
 CLIPMAP = np.dtype(
     [("reach", "2f4"), ("transition", "2f4"), ("middle", "2i4"), ("middle_m", "2f4"), ("coarsest", "i4"), ("_", "3i4")]
@@ -347,7 +347,7 @@ class Clipmap:
         described["reach"] = cells / 2
         described["coarsest"] = coarsest
         described["middle"], described["middle_m"], _ = self.view.eye
-        # blending must begin outside the finer ring, which ends half-way
+        # blending must begin outside the finer ring, whose border is half-way
         described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))
         self._block.write(described.tobytes())
         commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")

@@ -20,7 +20,7 @@ from .compare import COMPARED, measured
 BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # the curves' points, as parts of the requested number of triangles
 EQUAL = 0.02  # numbers of triangles count as equal up to this relative difference
 FEWEST = 200  # the smallest number of triangles that is requested from a method
-_BLOCK = 256  # posts a side
+_BLOCK = 256  # posts along a side of a block: see `_seen_part`
 
 
 def detail_of(

@@ -9,6 +9,7 @@ Specification: `halve`.
 import moderngl
 import numpy as np
 
+from ..basics.boxes import over_blocks
 from ..basics.rect import Rect
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
@@ -184,10 +185,8 @@ def _over_cells(samples: np.ndarray, side: int) -> np.ndarray:
 
 def _quarter(ranges: np.ndarray) -> np.ndarray:
     """Ranges of blocks of 2 × 2 cells."""
-    rows, cols = (np.arange(0, n, 2) for n in ranges.shape[:2])
     low, high = ranges[..., 0], ranges[..., 1]
-    low = np.minimum.reduceat(np.minimum.reduceat(low, rows, 0), cols, 1)
-    return np.stack([low, np.maximum.reduceat(np.maximum.reduceat(high, rows, 0), cols, 1)], -1)
+    return np.stack([over_blocks(np.minimum, low, 2), over_blocks(np.maximum, high, 2)], -1)
 
 
 def _joined(ranges: list[np.ndarray]) -> np.ndarray:

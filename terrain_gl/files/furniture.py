@@ -14,11 +14,11 @@ from ..camera import Camera
 from ..image import srgb_from_linear
 from ..light.ramps import Ramp
 
-INK = np.array([255, 255, 255], np.float32)  # also of names in the window: viewer/theme.py
-PAPER = np.array([20, 24, 28], np.float32)
-OPACITY = 0.6  # of the panels under the ink
+INK = np.array([255, 255, 255], np.float32)  # colour of type, also of names in the window: viewer/theme.py
+PAPER = np.array([20, 24, 28], np.float32)  # colour of the panels under the type
+OPACITY = 0.6  # of these panels
 _PART = 0.2  # the longest scale bar, as a part of the picture's width
-_FINE = 4  # subsamples a side of a pixel of the arrow
+_FINE = 4  # subsamples along each side of a pixel, for the arrow
 
 
 class Stamp(NamedTuple):

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..basics.boxes import over_blocks
 from ..basics.exceptions import UsageError
 from ..camera import Camera
 from ..heightmap import Heightmap
@@ -20,18 +21,18 @@ from ..shade.picture import SUN
 _BLOCKS = 64  # blocks of posts along a side of the map: a view is searched block by block
 _INSIDE = 1 / 8  # part of the map along each rim where no eye is placed, so that there is land on all sides
 _REACH = 1 / 8  # land that rises or falls is searched within this part of the map's longer side
-_READABLE = 0.07  # relief over extent at which a picture of the whole map shows the relief well
+_READABLE = 0.07  # ratio of relief to extent at which a picture of the whole map shows the relief well
 _SOLID = 0.9  # least share of posts with data, in a block and its neighbours, for a place of the eye
-_STEEP = 0.12  # relief over extent; on steeper maps the sun has its usual height
+_STEEP = 0.12  # ratio of relief to extent; on steeper maps the sun has its usual height
 _LOWEST_SUN = 15.0  # degrees
 _FEW = 24  # posts a side of a small map, which the first view shows as a whole
 _LEAST_PART = 0.3  # size of the part that the first view looks at, relative to the map
 _MOST_PART = 0.75
-_IN_FRAME = 0.62  # share of that part whose corners are certainly in the picture
+_IN_FRAME = 0.62  # share of this part whose corners are certainly in the picture
 _STANDS_OUT = 0.4  # a summit stands out if it is this share of the relief above nearly all other land
 _NEARLY_ALL = 98  # percent of the blocks
-_SUMMIT = 0.2  # relief over extent of the part around such a summit
-_TRIES = 64  # places that are tried until the sight is free
+_SUMMIT = 0.2  # ratio of relief to extent, in the part around such a summit
+_TRIES = 64  # most places that are tried until the line of sight is free
 Post = tuple[int, int]
 
 
@@ -175,27 +176,25 @@ class _Blocks:
         self.heightmap = heightmap
         self.side = max(1, -(-max(heightmap.rows, heightmap.cols) // _BLOCKS))
         rows, cols = np.arange(0, heightmap.rows, self.side), np.arange(0, heightmap.cols, self.side)
-        self.low, self.high = (self._reduce(reduce, rows, cols) for reduce in (np.fmin, np.fmax))
+        heights = heightmap.heights
+        self.low, self.high = (over_blocks(of, heights, self.side).astype(np.float64) for of in (np.fmin, np.fmax))
         self.low = np.where(np.isnan(self.low), np.inf, self.low)
         self.high = np.where(np.isnan(self.high), -np.inf, self.high)
         y, x = np.meshgrid(_from_middle(len(rows)), _from_middle(len(cols)), indexing="ij")
         self.off_middle = np.hypot(x, y)
         self.inside = np.maximum(np.abs(x), np.abs(y)) <= 1 - 2 * _INSIDE
         self.inside &= np.isfinite(self.low)
-        solid = self.inside & (self._data(rows, cols) > _SOLID)  # no small pieces of land between voids
+        solid = self.inside & (self._data(rows, cols) > _SOLID)  # leaves out small land between voids
         self.inside = solid if solid.any() else self.inside
         if not self.inside.any():
             self.inside = np.isfinite(self.low)
-
-    def _reduce(self, reduce: np.ufunc, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        return reduce.reduceat(reduce.reduceat(self.heightmap.heights, rows, axis=0), cols, axis=1).astype(np.float64)
 
     def _data(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
         """Share of the posts with data: for each block, the smallest among itself and its neighbours."""
         if not self.heightmap.voids:
             return np.ones((len(rows), len(cols)))
         known = ~np.isnan(self.heightmap.heights)
-        sums = np.add.reduceat(np.add.reduceat(known, rows, axis=0, dtype=np.float64), cols, axis=1)
+        sums = over_blocks(np.add, known.astype(np.float64), self.side)
         counts = np.outer(np.diff([*rows, self.heightmap.rows]), np.diff([*cols, self.heightmap.cols]))
         return -self.around(-sums / counts, 1 / max(sums.shape))
 

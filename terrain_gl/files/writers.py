@@ -25,7 +25,7 @@ from ..readers.georeference import DEGREES, Georeference
 from ..readers.raster import gdal_failures, has_rasterio, one_line
 
 FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
-MOST_STEPS = 65534  # most steps of a 16-bit file with voids
+MOST_STEPS = 65534  # most steps of a 16-bit file: the value after them is for voids
 VOID = 65535
 BAND_POSTS = 2**20  # posts that are written at once
 

@@ -58,7 +58,7 @@ class FlightJournal:
     def begin(self) -> None:
         """Write the file anew, with the pictures that are complete."""
         lines = [self._identity, *map(json.dumps, self.done)]
-        with replacing(self._path) as part:  # if this is killed, the old file is still whole
+        with replacing(self._path) as part:  # if the process is killed here, the old file is still whole
             part.write_text("".join(line + "\n" for line in lines), "utf-8")
 
     def add(self, noted: Any) -> None:

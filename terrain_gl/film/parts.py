@@ -17,7 +17,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 
 FRAMES = 60  # frames of a part: an interrupted flight loses few; the key frames that begin parts take little space
-JOURNAL = ".flight"  # in a folder of pictures or parts that is not complete (terrain_gl/film/journal.py)
+JOURNAL = ".flight"  # a file beside the pictures or parts of an unfinished flight (terrain_gl/film/journal.py)
 Write = Callable[[np.ndarray], None]
 
 
@@ -76,7 +76,7 @@ def writing(
             raise
         raise TerrainError(f"{error}; the first {complete} pictures are complete") from None
     finally:
-        _remove_empty(folder_of(film))
+        remove_empty(folder_of(film))
         os.close(lock)
 
 
@@ -101,7 +101,8 @@ def join(av: Any, files: Sequence[Path], to: Path, rate: Fraction, options: dict
                         joined.mux(packet)
 
 
-def _remove_empty(folder: Path) -> None:
+def remove_empty(folder: Path) -> None:
+    """Remove a folder without parts, and its journal."""
     with contextlib.suppress(OSError):
         if not any(folder.glob("part-*")):
             (folder / JOURNAL).unlink(missing_ok=True)

@@ -252,7 +252,7 @@ def _load(name: str) -> Any:
             return json.load(file)
     except json.JSONDecodeError as error:
         raise UsageError(f"not JSON: line {error.lineno}, column {error.colno}: {error.msg}") from None
-    except (ValueError, RecursionError):  # no UTF-8, a number of thousands of digits, or too many brackets
+    except (ValueError, RecursionError):  # not UTF-8, a number of thousands of digits, or too many brackets
         raise UsageError("not JSON: its text cannot be read") from None
     except OSError as error:
         raise UsageError(f"cannot read: {error.strerror}") from None

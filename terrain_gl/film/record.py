@@ -25,9 +25,8 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..basics.replacing import replacing
 from ..image import write_png
 from . import parts
-from .parts import JOURNAL
 
-WAITING = 4  # frames in the queue
+WAITING = 4  # most frames in the queue
 MAX_FPS = 1000.0
 GIF_FPS = 50.0  # browsers play a faster GIF at ten frames a second
 Write = parts.Write
@@ -243,9 +242,7 @@ def _numbered(folder: Path, made: bool, lock: int, first: int) -> Iterator[Write
     finally:
         os.close(lock)
         if made and not done:
-            with contextlib.suppress(OSError):
-                (folder / JOURNAL).unlink(missing_ok=True)
-                folder.rmdir()
+            parts.remove_empty(folder)
 
 
 # --- Films ------------------------------------------------------------------------------------------------------------

@@ -11,8 +11,8 @@ from .path import CameraPath, Keyframe
 KEYFRAMES = 16
 RADIUS = 0.3  # radii of the loop, as a part of the map's width and height
 NEARBY = 0.06  # radius of the ground that a keyframe must stay above, as a part of the map's smaller side
-LOW = 0.02  # lowest and highest height above that ground, as parts of the map's smaller side
-HIGH = 0.1
+LOW = 0.02  # least height of a keyframe above that ground, as a part of the map's smaller side
+HIGH = 0.1  # largest such height
 AHEAD = 0.6 * math.pi  # the eye looks at the point of the loop that is this angle ahead
 CLEARANCE = 0.01  # smallest height above the surface, as a part of the map's smaller side
 FOV_DEG = 55.0

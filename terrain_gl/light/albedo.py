@@ -24,8 +24,7 @@ def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.
     TerrainError
         The file is not a readable picture, has too many pixels, or has values that are not finite.
     """
-    check_input(path, "name a picture")
-    name = os.fsencode(path).decode("utf-8", "replace")
+    name = check_input(path, "name a picture")
     raster = open_oiio(os.fspath(path), name)
     rows, cols, _ = raster.shape
     if rows * cols > MOST_PIXELS:

@@ -29,16 +29,10 @@ class HeightSums(RecordedTable):
         """Bind the sums for shaders that read relief."""
         bind("shade/posts.glsl", HeightSums=self.buffer, u_height_sums=self.texture)
 
-    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
-        rows = rows or range(at.height)
+    def _feed(self, buffer: moderngl.Buffer) -> None:
         self.terrain.bind()
         bind("shade/quantise.comp", Words=buffer)
-        self._record["u_first"] = first
-        self._record["u_count"] = at[:2]
-        self._record["u_first_row"] = rows.start
         self._record["u_steps_per_m"] = steps_per_m(self.terrain.span_m)
-        self._record.run(-(-at.width // 64), len(rows))
-        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
 
 def towards_sun(azimuth_deg: float, elevation_deg: float) -> Vector:

@@ -1,7 +1,6 @@
 """Pictures of the ground with coordinates, resampled to the place of a map with coordinates."""
 
 import math
-import os
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from functools import partial
@@ -46,8 +45,7 @@ def read_ground(path: str, onto: Georeference | None = None, most_side: int = MO
         The same errors as `read_albedo`; or the picture lies off the map.
     """
     if onto is not None and has_rasterio():
-        check_input(path, "name a picture")
-        name = os.fsencode(path).decode("utf-8", "replace")
+        name = check_input(path, "name a picture")
         with _placed(path, name) as picture:
             if picture is not None:
                 return _laid(picture, name, onto, most_side)
@@ -89,8 +87,7 @@ def read_values(path: str, onto: Georeference | None = None, most_side: int = MO
     TerrainError
         Not a readable raster of one band, or without any value; or it lies off the map.
     """
-    check_input(path, "name a raster")
-    name = os.fsencode(path).decode("utf-8", "replace")
+    name = check_input(path, "name a raster")
     sums = None
     if onto is not None and has_rasterio():
         with _placed(path, name) as raster:
@@ -145,9 +142,8 @@ def _whole(path: str, name: str, most_side: int) -> np.ndarray:
 
 def holds_values(path: str) -> bool:
     """Whether a file holds one band of floats or signed integers: these are values, not colours."""
-    name = os.fsencode(path).decode("utf-8", "replace")
     try:
-        check_input(path, "name a picture")
+        name = check_input(path, "name a picture")
         if has_rasterio():
             with _placed(path, name) as raster:
                 if raster is not None:
@@ -260,7 +256,7 @@ def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict
     import rasterio
     from rasterio.warp import transform_bounds
 
-    # if only one system is known, it is taken for both
+    # if only one of the two coordinate systems is known, it is taken for both
     known = picture.crs or onto.crs or _SAME_PLANE, onto.crs or picture.crs or _SAME_PLANE
     source, target = (rasterio.crs.CRS.from_user_input(crs) for crs in known)
     grid = onto.grid

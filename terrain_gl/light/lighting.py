@@ -28,7 +28,7 @@ from .lobes import LAYERS, Cover, LobeTables, lobe_table
 from .ramps import Ramp, Values, path_of
 from .sky import Sky, black_sky, clear_sky, read_sky
 
-# Displayed brightness of a surface in full light: the log mean of the bundled default view becomes 0.18, mid-grey.
+# Exposure times irradiance in full light: with it, the log mean of the bundled default view is 0.18, mid-grey.
 KEY = 13.0
 ADAPTATION = 0.83  # strength of the eye's adaptation to the light; with 1, night would look as bright as noon
 NO_HAZE_M = 1e18

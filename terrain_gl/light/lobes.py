@@ -128,14 +128,8 @@ class LobeTables(RecordedTable):
         """(9, rows, cols) values of the texels, recovered from the sums."""
         return self.values().view("i4") / 32767.0
 
-    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
-        rows = rows or range(at.height)
+    def _feed(self, buffer: moderngl.Buffer) -> None:
         self.terrain.bind()
         bind("light/record.comp", HeightSums=self.sums.buffer, Values=buffer)
         self.cover.bind()
         gl.write_uniforms(self._record, **self.cover.uniforms)
-        self._record["u_first"] = first
-        self._record["u_count"] = at[:2]
-        self._record["u_first_row"] = rows.start
-        self._record.run(-(-at.width // 64), len(rows))
-        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)

@@ -87,6 +87,14 @@ class RecordedTable(ABC):
         self._sat.edit(self.buffer, self.table, values, at, x, y)
         values.release()
 
-    @abstractmethod
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
         """Write the values of a rectangle, all layers, to the start of a buffer: all its rows, or only `rows`."""
+        rows = rows or range(at.height)
+        self._feed(buffer)
+        gl.write_uniforms(self._record, first=first, count=at[:2], first_row=rows.start)
+        self._record.run(-(-at.width // 64), len(rows))
+        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    @abstractmethod
+    def _feed(self, buffer: moderngl.Buffer) -> None:
+        """Bind what the shader `record` reads, and the buffer that it writes."""

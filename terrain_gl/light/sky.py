@@ -98,7 +98,7 @@ def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple
     above = directions[:, 2:] >= 0
     values = np.concatenate([np.exp(SKY_SHARPNESS * (directions @ SKY_AXES.T - 1)) * above, ~above], 1)  # (n, 10)
     weighted = light * (weights / np.pi)[:, None]
-    some = np.split(normals, 16)  # their cosines fit into the processor's cache
+    some = np.split(normals, 16)  # in parts, whose cosines fit into the processor's cache
     lit = np.concatenate([np.maximum(facing @ directions.T, 0) @ weighted for facing in some])
     shaded = shaded_light(normals)
     roots = 0.03 * np.sqrt(weights / (4 * np.pi))[:, None]

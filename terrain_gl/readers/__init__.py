@@ -63,7 +63,7 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
     """
     path = os.fspath(path)
     name = os.fsencode(path).decode("utf-8", "replace")
-    head = _first_bytes(path, name)
+    head = _first_bytes(path)
     if head.startswith(_ZIP):
         return open_zip(path, name, partial(_unpacked, how=how))
     if head.startswith(_GZIP):
@@ -74,13 +74,13 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
 def has_windows(path: str | os.PathLike[str], how: How = How()) -> bool:  # noqa: B008  immutable
     """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files, untrusted mosaics."""
     path = os.fspath(path)
-    head = _first_bytes(path, os.fsencode(path).decode("utf-8", "replace"))
+    head = _first_bytes(path)
     is_packed = head.startswith((_ZIP, _GZIP))
     return not is_packed and _opens_with_gdal(path, head, how) and has_rasterio()
 
 
 def _unpacked(path: str, how: How) -> Raster:
-    head = _first_bytes(path, path)
+    head = _first_bytes(path)
     if head.startswith((_ZIP, _GZIP)):  # some archives contain themselves
         raise TerrainError(f"{path}: is an archive in an archive: unpack it first")
     return _one_raster(path, path, head, how)
@@ -95,15 +95,15 @@ def files_of(path: str | os.PathLike[str]) -> list[str]:
     """The real paths of all named files that opening a map reads: the file itself, or the sources of a mosaic."""
     path = os.fspath(path)
     try:
-        is_vrt = _first_bytes(path, path).lstrip().startswith(_VRT)
+        is_vrt = _first_bytes(path).lstrip().startswith(_VRT)
         return [os.path.realpath(path), *(sources_of(path, path) if is_vrt else ())]
     except TerrainError:  # opening the map reports the reason
         return [os.path.realpath(path)]
 
 
-def _first_bytes(path: str, name: str) -> bytes:
+def _first_bytes(path: str) -> bytes:
     """Read the bytes by which the kind of a regular file is recognised."""
-    check_input(path, "name a heightmap file")
+    name = check_input(path, "name a heightmap file")
     try:
         with open(path, "rb") as file:
             head = file.read(64)

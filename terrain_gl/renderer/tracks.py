@@ -10,7 +10,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Iterator
-from typing import Any
+from typing import IO, Any
 from xml.etree import ElementTree
 
 Pairs = list[list[float]]
@@ -49,16 +49,16 @@ def unpacked(content: bytes, most_bytes: int) -> bytes:
     what = "it"
     try:
         if content.startswith(_GZIP):
-            with gzip.open(io.BytesIO(content)) as packed:
-                text = packed.read(most_bytes + 1)
+            packed: gzip.GzipFile | IO[bytes] = gzip.GzipFile(fileobj=io.BytesIO(content))
         else:
-            with zipfile.ZipFile(io.BytesIO(content)) as archive:
-                member = next((each for each in archive.infolist() if each.filename.lower().endswith(_ENDINGS)), None)
-                if member is None:
-                    raise ValueError("is a .zip without a .kml or a .gpx: unpack it, and name a file of it")
-                what = member.filename[:40]
-                with archive.open(member) as packed:
-                    text = packed.read(most_bytes + 1)
+            archive = zipfile.ZipFile(io.BytesIO(content))
+            member = next((each for each in archive.infolist() if each.filename.lower().endswith(_ENDINGS)), None)
+            if member is None:
+                raise ValueError("is a .zip without a .kml or a .gpx: unpack it, and name a file of it")
+            what = member.filename[:40]
+            packed = archive.open(member)
+        with packed:
+            text = packed.read(most_bytes + 1)
     except (OSError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile, NotImplementedError) as error:
         raise ValueError(f"does not unpack: {error}") from None
     if len(text) > most_bytes:

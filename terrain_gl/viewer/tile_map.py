@@ -6,6 +6,7 @@ from itertools import groupby
 
 import numpy as np
 
+from ..basics.boxes import over_blocks
 from ..pages.terrain import PagedTerrain
 from .controller import Controller
 from .legend import VIRIDIS, Colour, Legend
@@ -20,8 +21,7 @@ _CAMERA = (1.0, 1.0, 1.0, 1.0)
 def finest_levels(levels: np.ndarray, most: int = MOST) -> np.ndarray:
     """The same levels (rows, columns) with at most `most` rows and columns: the finest level of each square."""
     side = -(-max(levels.shape) // most)
-    rows, cols = (np.arange(0, n, side) for n in levels.shape)
-    return np.minimum.reduceat(np.minimum.reduceat(levels, rows, axis=0), cols, axis=1)
+    return over_blocks(np.minimum, levels, side)
 
 
 def runs(levels: np.ndarray) -> Iterator[tuple[int, int, int, int]]:
