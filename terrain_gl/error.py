@@ -143,7 +143,7 @@ class ErrorTables:
         return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
 
     def read_ranges(self, level: int) -> np.ndarray:
-        """Records `layout.NODE_RANGE` of one level, (rows, cols): heights in steps of the quantisation range."""
+        """Records `layout.NODE_RANGE` of one level, (rows, cols): heights in 1/65535 of the quantisation range."""
         sizes = self.terrain.levels[level]
         itemsize = layout.NODE_RANGE.itemsize
         data = self.ranges.read(itemsize * sizes.nodes, offset=itemsize * sizes.first_node)

@@ -123,7 +123,7 @@ class MeshDraws:
 
 
 def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Heights of vertices at (..., 2) columns and rows: on a post its height, between posts bilinear."""
+    """Heights of vertices at (..., 2) columns and rows: heights of posts, bilinear between posts."""
     low = np.floor(places).astype(np.int64)
     west, north = np.moveaxis(low, -1, 0)
     east, south = np.moveaxis(np.ceil(places).astype(np.int64), -1, 0)

@@ -108,8 +108,7 @@ class SummedAreaTables:
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
         """Sums over boxes (n, 4): (n,) words; with 16 or 8 bits (n, 32 / bits).
 
-        A box has the columns from x0 up to, but without, x1, and the rows from y0 up to, but without, y1: one row of
-        `boxes` is x0, y0, x1, y1.
+        A row of `boxes` is x0, y0, x1, y1. This box has the columns x0 to x1 − 1 and the rows y0 to y1 − 1.
         """
         corners = np.ascontiguousarray(boxes, "<i4")
         questions = self.ctx.buffer(corners.tobytes())
@@ -174,7 +173,7 @@ class SummedAreaTables:
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
     def _kernel(self, name: str) -> Any:
-        """The kernel of a name, a file of glsl/sat and macros; it is compiled at its first use."""
+        """The kernel of a name: a file of glsl/sat, then macros. It is compiled when it is first used."""
         if name not in self._kernels:
             file, *macros = name.split()
             defines = {"BITS": self.bits, "STRIP": self.strip, **dict.fromkeys(macros, 1)}

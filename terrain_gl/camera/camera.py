@@ -237,5 +237,5 @@ def boxes_in_picture(
     sides = [side * axis - tan * forward for axis, tan in ((right, tan_x), (up, tan_y)) for side in (1, -1)]
     normals = np.array([*sides, -forward])[:, None]  # outward normals of the view's planes
     slack = 1e-6 * np.array([1 + tan_x + tan_y] * 4 + [1.0])[:, None, None]  # the GPU places vertices in float32
-    least = np.minimum(*(normals * side - slack * np.abs(side) for side in (low, high))).sum(-1)  # for the corner farthest inside
+    least = np.minimum(*(normals * side - slack * np.abs(side) for side in (low, high))).sum(-1)  # of all corners
     return ~(least > [[0.0]] * 4 + [[-near_m]]).any(0)

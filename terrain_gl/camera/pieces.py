@@ -57,13 +57,13 @@ class Piece:
 
     @property
     def rows(self) -> slice:
-        """Its rows in an array of the whole picture, first row on top."""
+        """The piece's rows in an array of the whole picture, first row on top."""
         bottom = self.picture[1] - self.corner[1]
         return slice(bottom - self.size[1], bottom)
 
     @property
     def cols(self) -> slice:
-        """Its columns in an array of the whole picture."""
+        """The piece's columns in an array of the whole picture."""
         return slice(self.corner[0], self.corner[0] + self.size[0])
 
     @property

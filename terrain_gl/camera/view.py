@@ -32,7 +32,7 @@ class ViewBlock:
         self._piece: Piece | None = None  # the piece whose view the buffer holds
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
-        """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""
+        """Write a camera to the block; `settings` are the fields tolerance_px, metric and cull."""
         x, y, z = camera.eye
         east, north = terrain.heightmap.spacing_m
         bend_per_m = camera.bend_per_m

@@ -76,7 +76,7 @@ def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[s
 
 
 def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
-    """Number of contour lines. Each lies a little above its height, so none is at the highest post."""
+    """Number of contour lines. Each is drawn a little above its height, so none is at the highest post."""
     every = asked_m or interval_m(low_m, high_m)
     return math.ceil(high_m / every) - math.ceil(low_m / every)
 
@@ -93,7 +93,7 @@ def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera)
 
 
 def _advice(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> str:
-    """Advice on how to name a place on the map. If the eye is near it in the map's coordinates, these were meant."""
+    """Advice on how to name a place on the map. If the eye is near it in its own coordinates, these are meant."""
     east, north = heightmap.extent_m
     if heightmap.place and getattr(args, "coordinates", None) == "metres":
         x, y = heightmap.place.from_map(*camera.eye[:2])

@@ -104,7 +104,7 @@ def _parameter(parameters: Parameters) -> dict[str, Any]:
 
 
 def _text(name: str, value: Any) -> list[str]:
-    """A value as text for the option, with enough digits to give exactly this number again; none for a switch."""
+    """A value as text for the option, with enough digits to give exactly this number again; a switch has no text."""
     if isinstance(value, bool):
         return []
     if isinstance(value, tuple):

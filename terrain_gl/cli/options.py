@@ -156,7 +156,7 @@ def _add_sun(group: Any) -> None:
 
 
 def add_rendering(command: Any, moving: bool = False) -> None:
-    """Add all options that commands without a window share. With `moving`, those of the camera are left out."""
+    """Add all options that commands without a window share. With `moving`, options of the camera are left out."""
     add_view(command, moving)
     add_technical(command)
 

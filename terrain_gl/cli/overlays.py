@@ -51,7 +51,7 @@ def lay_pictures(args: argparse.Namespace) -> None:
 
 
 def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:
-    """The lines and points of `--overlay`; unless `silent`, a note names those off the map.
+    """The lines and points of `--overlay`; unless `silent`, a note names each file that lies off the map.
 
     Raises
     ------

@@ -50,7 +50,7 @@ class Rings:
     Attributes
     ----------
     ring
-        Vertices along a ring's side. If the number is even, some sides have one more or one less.
+        Vertices along a ring's side. If the number is even, some sides have one vertex more or less.
     finest
         The finest level; by default the first whose side is at least `HIGH` times the eye's height above the ground.
         If it is below 0, each side of a cell of the map is cut into 2^-finest parts.
@@ -242,7 +242,7 @@ class Clipmap:
     def candidates(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
     ) -> list[Rings]:
-        """Rings with about `triangles` triangles in the picture: few levels of wide rings, or more of narrow ones.
+        """Rings with about `triangles` triangles in the picture: few levels of wide rings or more of narrow rings.
 
         With `between`, also levels below 0, which have vertices between posts.
 

@@ -158,7 +158,7 @@ def entry_of(
     from_mesh: bool = False,
     **options: Any,
 ) -> MethodResult:
-    """Draw and measure one method; `options` are fields of `RenderOptions`, replaced by `pictured` for its picture."""
+    """Draw and measure one method; `options` are fields of `RenderOptions`, for its picture changed by `pictured`."""
     times = [renderer.render(camera, method=method, **options).stats["ms"] for _ in range(_FRAMES)]
     stats = dict(renderer.measure())
     stats["ms"] = {stage: median(ms[stage] for ms in times) for stage in times[0]}
@@ -227,7 +227,7 @@ def _picture(
 
 
 def inset_of(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
-    """The part where the pictures differ most from the truth, with some of the skyline if there is one."""
+    """The part where the pictures differ most from the truth, with some of the skyline if land meets the sky."""
     height, width = (max(1, round(_INSET * side)) for side in truth.sky.shape)
     squares = sum((np.square(difference_of(truth.image, image)) for image in images), np.zeros(truth.sky.shape))
     off = box_sums(squares, height, width)

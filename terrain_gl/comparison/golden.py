@@ -45,7 +45,7 @@ class GoldenPictures:
     Attributes
     ----------
     folder
-        The folder of the test's file. Golden pictures are in its folder `golden`; names of maps are relative to it.
+        The folder of the test's file. Golden pictures are in its subfolder `golden`. Names of maps are relative.
     name
         Begins the name of each golden picture.
     failures

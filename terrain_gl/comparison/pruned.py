@@ -81,7 +81,7 @@ def pruned_quads(
     that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree costs less
     (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989). λ is found by bisection. Without restriction,
     no other quadtree of quads with as few triangles has a smaller error. The restricted tree is that tree, balanced
-    afterwards as in `quads_within`. It may not be the best restricted one.
+    afterwards as in `quads_within`. It may not be the best restricted tree.
 
     Parameters
     ----------
@@ -134,14 +134,14 @@ def _at(scale: ScreenScale, where: tuple[np.ndarray, np.ndarray]) -> ScreenScale
 
 
 def _worst_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:
-    """Largest true error on the screen of each node as two triangles, over its posts in the picture."""
+    """Largest true screen error of each node, drawn as two triangles, over its posts in the picture."""
     here = _at(scale, per_node(*node_axes(heights.shape, level)))
     shifts_px = (np.where(here.seen, shift_px(here, error), 0.0) for error in quad_errors(heights, level))
     return np.maximum(*(shift.max((1, 3)) for shift in shifts_px))
 
 
 def _squares_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:
-    """Sum of squared true screen errors of each node as two triangles, over its own posts in the picture."""
+    """Sum of squared true screen errors of each node, drawn as two triangles, over its own posts in the picture."""
     found = []
     for band in bands(heights, level):
         y, x = node_axes(heights[band].shape, level)

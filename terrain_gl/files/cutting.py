@@ -100,7 +100,7 @@ class _Pieces(NamedTuple):
 
 
 def _covered(corners: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Cells that overlap a triangle: none of its edges has the cell on its outer side (Gottschalk 1996)."""
+    """Cells that overlap a triangle: no edge of the triangle has the cell on its outer side (Gottschalk 1996)."""
     row, col = np.indices(shape)
     covered = np.ones(shape, bool)
     turn = np.sign(_cross(corners[1] - corners[0], corners[2] - corners[0]))

@@ -64,7 +64,7 @@ def make_mesh(
     place: Place | None = None,
     void: np.ndarray | None = None,
 ) -> Mesh:
-    """Mesh of captured triangles. With `weld`, triangles share vertices; without, each has three of its own.
+    """Mesh of captured triangles. With `weld`, triangles share vertices; without `weld`, each has three of its own.
 
     Parameters
     ----------

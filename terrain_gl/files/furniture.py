@@ -22,7 +22,7 @@ _FINE = 4  # subsamples along each side of a pixel, for the arrow
 
 
 class Stamp(NamedTuple):
-    """Pixels (height, width, 4) float32, colours 0 to 255 and opacity 0 to 1, with their first column and row."""
+    """Pixels (height, width, 4) float32: colours 0 to 255, opacity 0 to 1; and the place of their upper left corner."""
 
     left: int
     top: int
@@ -131,7 +131,7 @@ def metres_of(size: tuple[int, int], camera: Camera) -> tuple[float, float]:
 
 
 def north_of(camera: Camera) -> tuple[float, float]:
-    """Direction of north at the target: a unit vector (right, up) in the picture; (0, 0) if it is along the view."""
+    """Direction of north at the target: a unit vector (right, up) in the picture; (0, 0) if north is along the view."""
     right, up, _ = camera.axes
     length = math.hypot(right[1], up[1])
     return (right[1] / length, up[1] / length) if length > 1e-6 else (0.0, 0.0)

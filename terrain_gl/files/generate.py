@@ -49,10 +49,11 @@ class Land:
     cliffs
         From 0 (rolling hills) to 1 (tablelands cut by canyons).
     octaves
-        Number of scales of detail, 1 to 16. The longest waves are 8 times as long as the relief is high; the waves of
-        each further octave are half as long. By default as many as the spacing can show.
+        Octaves of detail, 1 to 16; by default as many as the spacing can show. The first three are the large forms,
+        which every land has. Gullies of the fourth are 1.6 times as wide as the relief is high, and those of each
+        further octave half as wide.
     relief_m
-        The largest possible height difference. Lengths on the map scale with it, so that slopes do not depend on it.
+        The largest possible height difference. All lengths grow with the relief, so slopes do not depend on it.
     spacing_m
         Metres between posts, at most the relief.
     recipe

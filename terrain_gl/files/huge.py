@@ -1,4 +1,4 @@
-"""Large rasters: a coarse sample of one, and the command that makes a store of it."""
+"""Large rasters: a coarse sample of a raster, and the command that makes a store of it."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""The bundled heightmaps, by name. Each has its scales and its first view."""
+"""The bundled heightmaps, by name. Each map has its scales and its first view."""
 
 import filecmp
 import json

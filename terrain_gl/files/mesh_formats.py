@@ -46,7 +46,7 @@ class Mesh:
         The map seen from straight above, as a PNG file (for a page, a JPEG file). It reaches half a cell beyond the
         outermost posts.
     within_m
-        Certified largest error of height; None if there is none, as for the mesh of a view.
+        Certified largest error of height; None if there is no such bound, as for the mesh of a view.
     print_mm
         Longer side of the map in a format for printing.
     vertices_m

@@ -43,7 +43,7 @@ def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 
 
 
 def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
-    """Look from the south over the part with the most relief; all of its heights are in the picture.
+    """Look from the south over the part with the most relief. Its middle is in the picture, from top to bottom.
 
     The flatter the map, the smaller this part, so that relief is visible. If one summit stands out, such as a volcano,
     it is in the middle of the part. A map of few posts is shown as a whole. For a long map, this is `Camera.default`.

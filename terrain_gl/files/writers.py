@@ -144,7 +144,7 @@ class HeightmapFile:
         return self
 
     def write(self, rows: np.ndarray) -> None:
-        """Add rows below the earlier ones, in the file's own type."""
+        """Add rows below the earlier rows, in the file's own type."""
         end = self.row + len(rows)
         self._ensure(self.file.write_scanlines(self.row, end, 0, rows[..., None]))
         self.row = end
@@ -181,7 +181,7 @@ class GeoTiff:
         return self
 
     def write(self, rows: np.ndarray) -> None:
-        """Add rows below the earlier ones."""
+        """Add rows below the earlier rows."""
         end = self.row + len(rows)
         with self._failing():
             self.file.write(rows, 1, window=((self.row, end), (0, self.cols)))

@@ -1,4 +1,4 @@
-"""The parts of a film that is not complete: films of a few seconds, in a folder beside it.
+"""The parts of a film that is not complete: films of a few seconds, in a folder beside the film.
 
 An interrupted flight keeps the complete parts, and only the other frames are drawn again. At the end, the parts are
 joined as they are: nothing is encoded twice.

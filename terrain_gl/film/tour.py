@@ -81,7 +81,7 @@ def _on_loop(heightmap: Heightmap, angle: float) -> tuple[float, float]:
 
 
 def _nearby_m(heightmap: Heightmap, x: float, y: float) -> np.ndarray:
-    """Heights of the ground at points around a place, on a sunflower spiral; the mid-range if all of it is void."""
+    """Heights of the ground at points around a place, on a sunflower spiral; the map's mid-range if all is void."""
     n = np.arange(400)
     radius = NEARBY * min(heightmap.extent_m) * np.sqrt(n / len(n))
     angle = n * math.pi * (3 - math.sqrt(5))

@@ -187,8 +187,8 @@ class Lighting:
     def rehearse(self) -> bool:
         """Run all passes that make light once, so that they are compiled; returns whether they ran.
 
-        Only a paged map needs this: otherwise a flight that never waits would compile them on its way. Other maps have
-        light before their first picture.
+        Only a paged map needs this: otherwise a flight that never waits would compile these passes on its way. Other
+        maps have light before their first picture.
         """
         return False
 

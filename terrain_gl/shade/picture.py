@@ -183,7 +183,7 @@ class Picture:
         self.lighting.update(posts, moved)
 
     def draw(self, selection: Selection, camera: Camera, look: Look = PLAIN) -> None:
-        """Draw and shade a selection. It must be the last one of its surface."""
+        """Draw and shade a selection, the last one that was made."""
         self.see(selection, look)
         self.shade(camera, look)
 
