@@ -1,1 +1,1 @@
-"""The course: twelve lessons on level of detail, with exercises that check themselves."""
+"""The course: thirteen lessons on level of detail, with exercises that check themselves."""

@@ -26,7 +26,7 @@ from .remote import BlankError, Student, StudentError
 
 EXACT, CLOSE, NOT_RUN, WRONG, BLANK = ORDER = ("exact", "close", "not run", "wrong", "blank")
 SECONDS = 20.0  # for a task
-SAID = 6  # lines that a task says
+SAID = 6  # most lines of text for a task
 ROUNDING = 1e-9  # relative to the largest expected value: room for a few million roundings of float64
 
 
@@ -71,7 +71,7 @@ class Outcome:
 
     @property
     def lines(self) -> list[str]:
-        """What is to say; the same text once."""
+        """The lines to print: each text once, with the cases that it is about."""
         said: dict[str, list[str]] = {}
         for finding in self.findings:
             if finding.text and finding.verdict != EXACT:  # differences of rounding say nothing
@@ -106,12 +106,12 @@ class Lesson:
 
 
 def points_text(points: float, not_run: float) -> str:
-    """Points, and those of tasks that could not run."""
+    """Points, and the points of tasks that could not run, as text."""
     return f"{points:g}" if not not_run else f"{points:g} + {not_run:g} not run" if points else f"{not_run:g} not run"
 
 
 def _joined(names: list[str], title: str) -> str:
-    """The cases that say one thing, unless it is the whole task."""
+    """The cases that one text is about; "" if it is about the whole task."""
     if names[0] == title:
         return ""
     return f"{names[0]}, and {len(names) - 1} more: " if len(names) > 1 else f"{names[0]}: "
@@ -146,8 +146,8 @@ def load(path: Path) -> ModuleType:
 def check(found: Lesson, file: Path, seed: int, seconds: float = SECONDS, walled: bool = False) -> Iterator[Outcome]:
     """Check a student's file task by task. The maps, sizes and voids follow from the seed.
 
-    Each task has `seconds`, so one without end does not cost the others theirs. A file that cannot be loaded is tried
-    once.
+    Each task has `seconds` of its own, so an endless task takes no time from the others. If the file cannot be loaded,
+    it is tried only once, and all tasks are wrong.
     """
     student = Student(file, seconds, walled, found.original)
     try:

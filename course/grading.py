@@ -16,7 +16,7 @@ from .folders import HERE
 from .remote import Student
 
 LARGEST = 1 << 20  # bytes of a student's file
-DEPTH = 6  # folders below a submission that are searched
+DEPTH = 6  # levels of folders below a submission that are searched
 # A table's notes repeat messages with these words.
 NOTED = ("the time limit", "the process ended", "File too large", "MemoryError", "BlockingIOError")
 

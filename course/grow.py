@@ -36,7 +36,7 @@ class GrowError(Exception):
 
 
 def grown(last: int, fill: bool) -> str:
-    """The text of my_terrain.py up to a lesson: of every name the last definition, and only what main() uses.
+    """The text of my_terrain.py up to a lesson: what main() uses, with the last definition of each name.
 
     `fill` takes the course's functions where the student has none.
     """
@@ -79,7 +79,7 @@ def _pieces(text: str, title: str) -> dict[str, Piece]:
 
 
 def picture(last: int, fill: bool, out: Path, file: Path, beside: bool = True) -> str:
-    """Write my_terrain.py, run it, and put a right one's picture beside its own; returns what it prints."""
+    """Write my_terrain.py, run it, and put a right solution's picture beside its picture; returns what it prints."""
     try:
         from matplotlib import pyplot as plt
     except ImportError:
@@ -109,7 +109,7 @@ def _part(name: str) -> str:
 
 
 def _functions(found: Lesson, stages: str, fill: bool) -> list[str]:
-    """The student's functions that stages use, and what these use, without their long texts."""
+    """The student's functions that stages use, and the functions that these use; docstrings keep their first line."""
     source = _student(found)
     own, blank = _top(source), _top(found.original)
     given = _solved(found) if fill else ""

@@ -27,7 +27,7 @@ def missing() -> str:
     return ""
 
 
-@cache  # a failure is no answer, and is tried again: a busy machine may be late once
+@cache  # an exception is not cached, so a busy machine that answered too late is asked again
 def _renderer() -> str:
     """Name of the driver."""
     with Student(RUNNER, SECONDS, ours=True) as runner:
@@ -86,7 +86,7 @@ def _placed(message: str, texts: dict[str, str], source: str) -> str:
 
 
 def _line_in(lines: list[str], at: int, file: list[str]) -> int:
-    """The line of a file that is a shader's line: of all equal ones that with the most equal lines around it; or 0."""
+    """The line of the file that a shader's line is: the equal line with the most equal lines around it; 0 if none."""
 
     def run(i: int, step: int) -> int:
         count = 0

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from .folders import BLANKS, HERE, LESSONS, SEED, lessons
 
 SOLUTIONS = HERE / "solutions"
-# The students' tree: what of the top folder is in it, and what is nowhere in it.
+# The students' tree: the entries of the top folder that it has, and the names that it has in no folder.
 HANDED_OUT = (
     *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Dockerfile", "pyproject.toml", "setup.cfg"),
     *("terrain_gl", "glsl", "heightmaps", "examples", "docs", "tests", "course"),

@@ -1,1 +1,1 @@
-"""The box: code that runs in the separate process of a student's code. It imports numpy and nothing of the course."""
+"""The box: code that runs in the process of a student's code. It imports nothing of the course outside this folder."""

@@ -1,11 +1,11 @@
-"""The sandbox of a student's code: limits, and on Linux no writing outside, no network, no other processes.
+"""The sandbox of a student's code: limits; on Linux also no writing outside its folder, no network, no processes.
 
     limits       memory, processor time, size of files (POSIX)
     namespaces   no network, processes of its own, the file system read-only (unshare, Linux)
     Landlock     reads Python and the folder, writes the folder, signals nobody (Linux 5.13, all of it 6.12)
     seccomp      no further process or thread (Linux on x86-64 and ARM)
 
-Each is used if the system has it. `probe.py` tries to break out, and reports to the grader what succeeded.
+Each of the four is used if the system has it. `probe.py` tries to break out, and tells the grader what succeeded.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def landlock(folder: Path) -> bool:
     return held
 
 
-# Seccomp: by machine its number (linux/audit.h), and those of clone, fork, vfork and clone3
+# Seccomp: for each machine its number (linux/audit.h), and the numbers of clone, fork, vfork and clone3
 _FORKS = {"x86_64": (0xC000003E, (56, 57, 58, 435)), "aarch64": (0xC00000B7, (220, 435))}
 _LOAD, _IF_EQUAL, _IF_ABOVE, _ANSWER = 0x20, 0x15, 0x35, 0x06  # linux/bpf_common.h
 _ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 11, 0x80000000  # 11: EAGAIN
@@ -121,7 +121,7 @@ class _Program(ctypes.Structure):
 
 
 def seccomp() -> bool:
-    """Let this process start no other and no thread: a limit of processes does not hold root."""
+    """Forbid this process to start processes and threads. For root, RLIMIT_NPROC has no effect."""
     if not sys.platform.startswith("linux") or os.uname().machine not in _FORKS:
         return False
     machine, calls = _FORKS[os.uname().machine]

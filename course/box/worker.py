@@ -25,7 +25,7 @@ class LookUp:
     """Refuses to import what the student writes."""
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> None:
-        """None for every other module, so that Python looks on."""
+        """None for every other module, so that Python goes on with its search."""
         if name.partition(".")[0] in WITHOUT:
             raise ImportError(f"a check runs without {name}: write it yourself, and look it up afterwards")
 
@@ -36,7 +36,7 @@ def main() -> None:
     requests, answers = _own_streams(file.with_name("printed"))
     os.environ |= {
         f"{name}_NUM_THREADS": "1" for name in ("OPENBLAS", "OMP", "MKL")
-    }  # a thread that started before has no walls
+    }  # a thread that starts before the walls are up is not limited by them
     sys.path.insert(0, str(HERE))
     import walls
 
@@ -65,7 +65,7 @@ def main() -> None:
 
 
 def _own_streams(printed: Path) -> tuple[BinaryIO, BinaryIO]:
-    """Keep the pipes for requests and answers, and give the student's code others."""
+    """Keep the pipes for requests and answers, and give the student's code other streams."""
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     for number, path, flags in (
         (0, os.devnull, os.O_RDONLY),

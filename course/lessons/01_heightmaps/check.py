@@ -17,7 +17,7 @@ def map_of(rng):
 
 @task("1.1 where posts stand", points=2)
 def world(student, rng):
-    """Row 0 is the north edge."""
+    """Maps of several sizes: row 0 is the north edge."""
     heights, spacing = map_of(rng)
     want = np.moveaxis(reference.world_m(heights, spacing), 0, -1)
     yield compare("x, y, z of every post", student.world(heights, spacing), want, axes=("row", "column", "axis"))
@@ -25,7 +25,7 @@ def world(student, rng):
 
 @task("1.2 the truth", points=3)
 def height_at(student, rng):
-    """Between posts, on posts and on the map's edges."""
+    """Places between posts, on posts and on the map's edges."""
     heights, spacing = map_of(rng)
     rows, cols = heights.shape
     u, v = rng.uniform(0, cols - 1, 3000), rng.uniform(0, rows - 1, 3000)
@@ -39,7 +39,7 @@ def height_at(student, rng):
 
 @task("1.3 normals", points=3)
 def normals(student, rng):
-    """Land, and a plane whose normal is known."""
+    """Tested on land, and on a plane whose normal is known."""
     heights, spacing = map_of(rng)
     want = reference.normals_of(heights, spacing)
     yield compare("land", student.normals(heights, spacing), want, axes=("row", "column", "axis"))
@@ -50,7 +50,7 @@ def normals(student, rng):
 
 
 def harmonic(heights, void):
-    """Void posts as means of their neighbours, solved at once."""
+    """The filled heights, from one system of linear equations: each void post is the mean of its neighbours."""
     number = np.where(void, np.cumsum(void).reshape(void.shape) - 1, -1)
     n = int(void.sum())
     matrix, right = np.eye(n), np.zeros(n)
@@ -69,7 +69,7 @@ def harmonic(heights, void):
 
 @task("1.4 voids", points=3)
 def fill(student, rng):
-    """Voids hold garbage, and some are at the rim."""
+    """Tested with meaningless heights at voids, and with voids at the rim."""
     heights, _ = map_of(rng)
     void = voids(rng, *heights.shape, 5)
     void[5:9, 5:10] = True
@@ -85,7 +85,7 @@ def fill(student, rng):
 
 @task("1.5 who counts", points=1)
 def mean_height(student, rng):
-    """The mean without voids."""
+    """Void posts must not count in the mean."""
     heights, _ = map_of(rng)
     void = voids(rng, *heights.shape)
     yield compare("the mean", student.mean_height(np.where(void, -32768.0, heights), void), heights[~void].mean())

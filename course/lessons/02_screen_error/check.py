@@ -34,14 +34,14 @@ def points(rng, extent, count=POINTS):
 
 
 def moved_px(p, v, focal_px, rise_m):
-    """Distance in pixels of the two places where a point is drawn."""
+    """Distance in pixels between the places of a point on the screen, before and after its move."""
     after = p + v.reshape(3, *[1] * (p.ndim - 1)) * rise_m
     return focal_px * np.hypot(*(after[:2] / after[2] - p[:2] / p[2]))
 
 
 @task("2.1 the shift of a point", points=3)
 def shift(student, rng):
-    """Points everywhere in the picture, small and large shifts."""
+    """Tested at points everywhere in the picture, with small and large shifts."""
     axes, focal_px, extent = view(rng)
     p, v = points(rng, extent), axes[:, 2]
     for name, largest in (("shifts of a metre", 1.0), ("shifts up to a third of the depth", 0.33 * p[2])):
@@ -56,7 +56,7 @@ def shift(student, rng):
 
 @task("2.2 the tolerance in metres", points=3)
 def tolerance(student, rng):
-    """δ meets the error exactly, in the worse direction."""
+    """In the worse direction, δ must move the point by exactly the allowed error."""
     for looks, error_px in ((-1, 0.5), (-1, 40.0), (1, 40.0)):
         axes, focal_px, extent = view(rng, looks)
         p, v = points(rng, extent), axes[:, 2]
@@ -73,14 +73,14 @@ def tolerance(student, rng):
 
 @task("2.3 the bound of a box", points=4)
 def bound(student, rng):
-    """No sampled point moves farther, and the bound is as tight as the corners allow; also if the camera looks up."""
+    """No sampled point may move farther than the bound, and the bound must be as tight as the corners allow."""
     for looks in (-1, 1):
         yield from bounds_of(student, rng, looks)
     yield from bounds_of(student, rng, -1, turns=0.01)
 
 
 def bounds_of(student, rng, looks, turns=1.0):
-    """Small and large boxes; if the camera looks north, their corners have nearly the same depth in pairs."""
+    """Test bounds of small and large boxes. If the camera looks north, pairs of corners have nearly the same depth."""
     name = f"a camera that looks {'up' if looks > 0 else 'down'}{', north' if turns < 1 else ''}"
     axes, focal_px, extent = view(rng, looks, turns)
     v, bounds, worst, reference_px = axes[:, 2], [], [], []

@@ -18,12 +18,12 @@ def words(rng, rows, cols):
 
 
 def sizes(rng):
-    """Sizes around the strips: shorter, a whole one, one more, and any."""
+    """Lengths of rows: shorter than a strip, one strip, one value more, and others."""
     return [(3, 10), (5, 64), (4, 65), (7, int(rng.integers(200, 400)))]
 
 
 def running(values, before, strip):
-    """The running sums of strips that go on from what stands before them."""
+    """Running sums in each strip, which begin with given numbers."""
     want = np.empty(values.shape, np.uint32)
     for i in range(values.shape[1]):
         want[:, i] = values[:, i] + (want[:, i - 1] if i % strip else before[:, i // strip])
@@ -31,13 +31,13 @@ def running(values, before, strip):
 
 
 def true_table(values):
-    """The table with 64-bit words, exact."""
+    """The exact table, in 64-bit words."""
     return values.astype(np.uint64).cumsum(0).cumsum(1)
 
 
 @task("3.1 reduce: the sum of each strip", points=2)
 def reduce(student, rng):
-    """Remainders and wrapping."""
+    """Tested with short last strips, and with sums that wrap."""
     for rows, n in sizes(rng):
         values = words(rng, rows, n)
         want = np.add.reduceat(values, np.arange(0, n, 64), axis=1)
@@ -53,7 +53,7 @@ def reduce(student, rng):
 
 @task("3.2 scan: what stands before each strip", points=2)
 def scan(student, rng):
-    """Exclusive, and wrapping."""
+    """A strip's own sum must not count; sums may wrap."""
     sums = rng.integers(0, 2**32, (6, 17), dtype=np.uint32)
     want = (np.pad(sums.astype(object).cumsum(1), ((0, 0), (1, 0)))[:, :-1] % 2**32).astype(np.uint32)
     yield compare("sums before", student.scan(sums), want, axes=("row", "strip"))
@@ -62,7 +62,7 @@ def scan(student, rng):
 
 @task("3.3 propagate: the running sum", points=2)
 def propagate(student, rng):
-    """Strips run on from any number."""
+    """Any number may be the sum before a strip."""
     for rows, n in sizes(rng):
         values = words(rng, rows, n)
         before = rng.integers(0, 2**32, (rows, -(-n // 64)), dtype=np.uint32)
@@ -84,7 +84,7 @@ NOTHING = {
 
 @task("3.4 the table", points=2)
 def sat(student, rng):
-    """Larger than 32 bits can count."""
+    """Tested on maps whose sums do not fit into 32 bits."""
     values = words(rng, int(rng.integers(500, 700)), int(rng.integers(700, 900)))
     table = student.sat(values)
     kind = np.asarray(table).dtype
@@ -101,7 +101,7 @@ def sat(student, rng):
 
 @task("3.5 boxes", points=3)
 def boxes(student, rng):
-    """Small and large, also at the rim; no sum of a box passes 32 bits."""
+    """Tested on small and large boxes, also at the rim; the sum of each box fits into 32 bits."""
     rows, cols = int(rng.integers(500, 700)), int(rng.integers(700, 900))
     values = words(rng, rows, cols)
     table = (true_table(values) % 2**32).astype(np.uint32)
@@ -124,7 +124,7 @@ def boxes(student, rng):
 
 
 def grows_with_the_box(student, table, small, large):
-    """Whether large boxes take twice as long as small ones, three times in a row: machines are busy."""
+    """Whether large boxes take twice as long as small boxes, in three tests out of three: the machine may be busy."""
 
     def seconds(asked):
         start = time.monotonic()
@@ -136,7 +136,7 @@ def grows_with_the_box(student, table, small, large):
 
 @task("3.6 the same on the GPU", points=4)
 def shaders(student, rng):
-    """The student's shaders over rows, then columns."""
+    """Run the student's shaders over rows, then over columns."""
     texts = student.shaders()
     yield from prefix_sums(
         student, texts, [words(rng, 70, 64), words(rng, int(rng.integers(65, 200)), int(rng.integers(65, 300)))]

@@ -19,7 +19,7 @@ def reduce(values, strip=STRIP):
 
 
 def scan(sums):
-    """3.2 What stands before each strip: the sum of the strips to its left.
+    """3.2 For each strip, the sum of all strips to its left.
 
     sums      (rows, strips) uint32
     returns   (rows, strips) uint32; the first column is 0
@@ -28,7 +28,7 @@ def scan(sums):
 
 
 def propagate(values, before, strip=STRIP):
-    """3.3 The running sum along each row: every strip runs on from what stands before it.
+    """3.3 The running sum along each row: in every strip it begins with the sum of the strips before.
 
     values    (rows, n) uint32
     before    (rows, strips) uint32

@@ -11,7 +11,7 @@ LIMITS_M = SPAN_M * 2.0 ** (-(np.arange(CLASSES) + 1) / PER_OCTAVE)
 
 
 def errors_of(rng):
-    """Errors of cells: smooth land, some exactly at a limit, and a wall of exactly 256 large ones."""
+    """Errors of cells: smooth land, some errors exactly at a limit, and a wall of exactly 256 cells with large ones."""
     rows, cols = int(rng.integers(70, 110)), int(rng.integers(270, 330))
     errors = np.abs(np.diff(np.diff(land(rng, rows + 2, cols + 2), axis=0), axis=1))[:rows, :cols]
     errors *= 0.9 * SPAN_M / errors.max() * 0.1
@@ -23,19 +23,19 @@ def errors_of(rng):
 
 
 def just_above(limits):
-    """The next larger numbers: errors that are not within these limits."""
+    """The next larger floats: errors just above these limits."""
     return np.nextafter(limits, np.inf)
 
 
 def many_errors():
-    """256 × 256 cells with a large error: counters of 16 bits call them none. And a box that holds them, and others."""
+    """256 × 256 cells with a large error, which counters of 16 bits count as 0; and boxes, one over all these cells."""
     errors = np.zeros((260, 270))
     errors[2:258, 3:259] = 450.0
     return errors, np.array([(3, 2, 259, 258), (0, 0, 270, 260), (3, 2, 4, 3), (0, 0, 2, 2)])
 
 
 def boxes_of(rng, shape, count=500):
-    """Boxes of all sizes; the first holds the wall and nothing else of its rows."""
+    """Boxes of all sizes; the first one holds exactly the wall."""
     low = np.stack([rng.integers(0, n, count) for n in shape[::-1]], 1)
     size = np.exp(rng.uniform(0, np.log(60), (count, 2))).astype(int)
     found = np.concatenate([low, np.minimum(low + size, shape[::-1])], 1)
@@ -56,7 +56,7 @@ def rounded_up(errors, limits):
 
 @task("4.1 the limits", points=1)
 def class_limits(student, rng):
-    """Halves, quarters, thirds of octaves."""
+    """Tested with 2, 4 and 3 classes an octave."""
     for per_octave in (1, 2, 3, 4):
         span_m = float(rng.uniform(10, 1000))
         want = [span_m * 0.5 ** ((c + 1) / per_octave) for c in range(20)]
@@ -66,7 +66,7 @@ def class_limits(student, rng):
 
 @task("4.2 the class of an error", points=2)
 def class_of(student, rng):
-    """Rounded up: the limit of its class is never below an error."""
+    """The limit of an error's class must not be below the error."""
     limits = LIMITS_M
     errors = np.concatenate([SPAN_M * 2.0 ** -rng.uniform(0, 14, 400), limits, just_above(limits), [0.0, SPAN_M]])
     want = [sum(e <= limit for limit in limits) - 1 for e in errors]
@@ -83,7 +83,7 @@ def class_of(student, rng):
 
 @task("4.3 a table for each class", points=2)
 def class_tables(student, rng):
-    """Counts of cells above the limit."""
+    """The tables must count the cells above each limit."""
     errors, limits = errors_of(rng)
     above = errors > limits[:, None, None]
     want = np.pad(above.astype(np.int64).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
@@ -96,7 +96,7 @@ def class_tables(student, rng):
 
 @task("4.4 the bound of a box", points=3)
 def bound(student, rng):
-    """Never below the truth; at most the class width above it."""
+    """Bounds must not be below the truth, and at most the width of a class above it."""
     errors, limits = errors_of(rng)
     boxes = boxes_of(rng, errors.shape)
     tables = student.class_tables(errors, limits)
@@ -113,7 +113,7 @@ def bound(student, rng):
 
 @task("4.5 tiles", points=3)
 def tiles(student, rng):
-    """A sixteenth of the memory; the bound holds still."""
+    """With tiles of 4 × 4 cells, bounds must still hold."""
     errors, limits = errors_of(rng)
     for tile in (2, 4):
         rows, cols = (-(-n // tile) for n in errors.shape)

@@ -10,7 +10,7 @@ TITLE = "Errors of nodes, nested bounds"
 
 
 def map_of(rng):
-    """Land with a spike whose sides are multiples of 8 cells."""
+    """A map with a spike; both sides of the map are multiples of 8 cells."""
     return spike(land(rng, 8 * int(rng.integers(4, 8)) + 1, 8 * int(rng.integers(4, 8)) + 1), rng)
 
 
@@ -21,7 +21,7 @@ def true_quads(heights, level):
 
 @task("5.1 the error of a quad", points=3)
 def quad_errors(student, rng):
-    """Both diagonals, and the posts on the edges."""
+    """Both diagonals must count, and the posts on the edges."""
     for level in (1, 2, 3):
         heights = map_of(rng)
         yield compare(
@@ -31,7 +31,7 @@ def quad_errors(student, rng):
 
 @task("5.2 the error of a fan", points=3)
 def fan_errors(student, rng):
-    """The middle stands on a post."""
+    """Tested at levels 1 and up, where the middle of a node is a post."""
     for level in (1, 2, 3):
         heights = map_of(rng)
         want = np.abs(reference.fan_errors(heights, level)[0]).max((1, 3))
@@ -40,7 +40,7 @@ def fan_errors(student, rng):
 
 @task("5.3 between the posts", points=2)
 def cell_errors(student, rng):
-    """Not below what is sampled on the diagonals, and exact."""
+    """Errors must equal |t| / 4, and not be below errors that are sampled on the diagonals."""
     heights = map_of(rng)
     a, b, c, d = heights[:-1, :-1], heights[:-1, 1:], heights[1:, :-1], heights[1:, 1:]
     sampled = np.zeros(a.shape)
@@ -55,7 +55,7 @@ def cell_errors(student, rng):
 
 @task("5.4 errors are not nested", points=1)
 def share_below(student, rng):
-    """On land, on noise, and on a plain, where a node is as good as its children."""
+    """Tested on land, on noise, and on a plain, where a node is as good as its children."""
     plain = spike(np.zeros((33, 33)), rng)
     for name, heights in (("land", map_of(rng)), ("noise", rng.normal(0, 5, (33, 41))), ("a plain", plain)):
         fine, coarse = true_quads(heights, 1), true_quads(heights, 2)
@@ -65,7 +65,7 @@ def share_below(student, rng):
 
 @task("5.5 bounds are nested", points=3)
 def nested(student, rng):
-    """Over four levels, and no larger than they must be."""
+    """Tested over four levels: bounds must be nested, and no larger than necessary."""
     size = 16 * int(rng.integers(2, 4))
     heights = land(rng, size + 1, size + 1) + rng.normal(0, 20, (size + 1, size + 1))
     errors = [

@@ -25,13 +25,13 @@ def quadtree(rng):
 
 
 def as_lists(splits):
-    """Splits of all levels in one row."""
+    """The splits of all levels as one array."""
     return np.concatenate([np.asarray(s, bool).ravel() for s in splits]).astype(int)
 
 
 @task("6.1 refine", points=2)
 def refine(student, rng):
-    """Only nodes that exist are split."""
+    """Only nodes that exist may be split."""
     errors, tolerances = quadtree(rng)
     loose = [e * rng.uniform(0.2, 1, e.shape) for e in errors]  # not nested: a child can be worse than its parent
     whole = [*loose[:-1], np.zeros((1, 1))]  # the root is good, its children are not: nothing is split
@@ -47,7 +47,7 @@ def refine(student, rng):
 
 @task("6.2 balance", points=3)
 def balance(student, rng):
-    """Neighbours are within one level, and no further node is split."""
+    """Neighbours must be within one level, and no node may be split without need."""
     errors, tolerances = quadtree(rng)
     at = rng.integers(28, 36, 2)
     spot = [np.zeros(e.shape) for e in errors]  # one node is bad, deep in the tree, near its middle
@@ -105,7 +105,7 @@ def rtin_map(rng):
 
 @task("6.3 the errors of right triangles", points=3)
 def rtin_errors(student, rng):
-    """Against a sum over squares, from the smallest up."""
+    """Compared with `true_rtin`."""
     for heights in (rtin_map(rng), rng.normal(0, 10, (9, 9))):
         yield compare(
             f"{len(heights)} posts a side", student.rtin_errors(heights), true_rtin(heights), axes=("row", "column")
@@ -114,7 +114,7 @@ def rtin_errors(student, rng):
 
 @task("6.4 the mesh of right triangles", points=3)
 def rtin_mesh(student, rng):
-    """The map is covered once, no vertex is inside another's edge, and there are no more triangles than needed."""
+    """Triangles must cover the map once, without vertices inside edges, and be as few as possible."""
     heights = rtin_map(rng)
     errors = true_rtin(heights)
     inner = errors[1:-1, 1:-1]

@@ -40,7 +40,7 @@ def turned(vertices, rng):
 
 
 def true_open(triangles):
-    """Edges used once, by counting."""
+    """The edges that only one triangle uses."""
     uses = {}
     for t in triangles.tolist():
         for a, b in zip(t, t[1:] + t[:1], strict=True):
@@ -56,7 +56,7 @@ def rim(edges, places, size=16):
 
 @task("7.1 open edges", points=2)
 def open_edges(student, rng):
-    """A whole mesh has them on its rim alone; a broken one inside as well."""
+    """A mesh without cracks has open edges only on the rim; a broken mesh has more, inside the map."""
     for name in ("a broken mesh", "another one"):
         _, triangles, _ = broken(rng)
         rolled = np.array([np.roll(t, rng.integers(0, 3)) for t in triangles])
@@ -66,7 +66,7 @@ def open_edges(student, rng):
 
 @task("7.2 weld", points=2)
 def weld(student, rng):
-    """Every triangle has vertices of its own, which rounding has moved apart; a second mesh hangs above the first."""
+    """Tested on triangles with their own vertices, moved apart by rounding, and with a second mesh above the first."""
     vertices, triangles, _ = broken(rng)
     triangles = np.concatenate([triangles, triangles + len(vertices)])
     vertices = np.concatenate([vertices, vertices + [0, 0, 50]])
@@ -84,7 +84,7 @@ def weld(student, rng):
 
 @task("7.3 vertices on an edge", points=2)
 def on_edge(student, rng):
-    """Along open edges, from either end; none runs along an axis, and beside each stands a vertex that is not on it."""
+    """Tested on open edges, from either end. None runs along an axis, and beside each is a vertex that is not on it."""
     vertices, triangles, places = broken(rng)
     vertices = turned(vertices, rng)
     asked = [edge for edge in true_open(triangles)][:60]
@@ -115,7 +115,7 @@ def area(places, triangles):
 
 @task("7.4 repair", points=4)
 def repair(student, rng):
-    """Every edge inside is shared by two triangles, and the map is covered once."""
+    """Every edge inside must be shared by two triangles, and the map must be covered once."""
     for name in ("a broken mesh", "another one"):
         vertices, triangles, places = broken(rng)
         got = np.asarray(student.repair(turned(vertices, rng), triangles))

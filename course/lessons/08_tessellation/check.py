@@ -13,7 +13,7 @@ NAMES = {"control", "evaluation"}
 
 @task("8.1 control: the levels", points=3)
 def control(student, rng):
-    """Edges in their places; what is not drawn has none."""
+    """Each edge must get its segments; a patch that is not drawn must get level 0."""
     texts = student.shaders()
     hindrance = ready(student, texts, {"control"})
     if hindrance is not None:
@@ -40,7 +40,7 @@ def lattice(squares, inner, shape):
 
 @task("8.2 evaluation: the vertices", points=4)
 def evaluation(student, rng):
-    """Every vertex on its post, for all numbers of segments; triangles the right way round; the map's end."""
+    """Vertices must be on their posts, triangles counter-clockwise, for all numbers of segments, also at the rim."""
     texts = student.shaders()
     hindrance = ready(student, texts, {"evaluation"})
     if hindrance is not None:
@@ -89,7 +89,7 @@ def blocks(rng, segments):
 
 @task("8.3 both: no cracks", points=3)
 def both(student, rng):
-    """Patches of unlike size: every edge inside is shared by two triangles."""
+    """Patches of different sizes: every edge inside must be shared by two triangles."""
     texts = student.shaders()
     hindrance = ready(student, texts, NAMES)
     if hindrance is not None:

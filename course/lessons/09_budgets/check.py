@@ -32,7 +32,7 @@ def trees(rng):
 
 
 def both(a, b):
-    """Least sums of two lists of least errors, by their number of leaves."""
+    """Least errors of two subtrees together, for each number of leaves, from the least errors of each."""
     found = np.full(len(a) + len(b) - 1, np.inf)
     for n in np.flatnonzero(np.isfinite(a)):
         found[n : n + len(b)] = np.minimum(found[n : n + len(b)], a[n] + b)
@@ -89,7 +89,7 @@ NO_TREE = "these splits are no tree: a shape differs, a cell is split, or a node
 
 @task("9.1 triangles and error of a tree", points=2)
 def totals(student, rng):
-    """Random trees."""
+    """Tested on random trees."""
     for name, squares in trees(rng).items():
         splits, exists = [], np.ones((1, 1), bool)
         for j in range(len(squares) - 1, -1, -1):
@@ -102,7 +102,7 @@ def totals(student, rng):
 
 
 def true_greedy(squares, triangles):
-    """Greedy splits from the root."""
+    """The splits of the greedy method."""
     splits = [np.zeros(s.shape, bool) for s in squares]
     leaves, count = [(0.0, 1 - len(squares), 0, 0)], 2
     while leaves and count + 6 <= triangles:
@@ -116,7 +116,7 @@ def true_greedy(squares, triangles):
 
 @task("9.2 greedy, from the root down", points=2)
 def greedy(student, rng):
-    """The gain decides, not the error."""
+    """The leaf with the largest gain must be split, not the leaf with the largest error."""
     for name, squares in trees(rng).items():
         for triangles in (2, 62, 301):  # 62 triangles can be had, 301 cannot
             got, want = student.greedy(squares, triangles), true_greedy(squares, triangles)
@@ -129,7 +129,7 @@ def greedy(student, rng):
 
 @task("9.3 the best tree at a price", points=3)
 def prune(student, rng):
-    """Its cost is the least of all trees."""
+    """The tree's cost must be the least of all trees."""
     for name, squares in trees(rng).items():
         best = least_errors(squares)
         for price in np.exp(rng.uniform(-3, 11, 6)):
@@ -143,7 +143,7 @@ def prune(student, rng):
 
 @task("9.4 so many triangles", points=3)
 def budget(student, rng):
-    """Never more triangles than asked for, and no more error than the best tree that a price can choose."""
+    """The tree must keep to the budget, and have no more error than the best tree that a price can choose."""
     for name, squares in trees(rng).items():
         best = least_errors(squares)
         chosen = hull(best)

@@ -19,7 +19,7 @@ def totals(squares, splits):
 
 
 def greedy(squares, triangles):
-    """9.2 From the root, split the leaf that gains most, again and again, while there are at most so many triangles.
+    """9.2 From the root, split the leaf that gains most, again and again, as long as the tree keeps to the budget.
 
     The gain is the leaf's squared error minus that of its four children as leaves. Of equal gains, take the larger
     node, then the smaller row, then the smaller column. Leaves of level 0 cannot be split.

@@ -18,7 +18,7 @@ def series(k):
 
 @task("10.1 the length of a mean vector", points=1)
 def mean_length(student, rng):
-    """From nothing to very sharp."""
+    """Tested from κ = 0 to very sharp lobes."""
     kappa = np.concatenate([[0.0, 1e-9, 1e-6, 1e-4], 10 ** rng.uniform(-3, 6, 300)])
     yield compare("A", student.mean_length(kappa), series(kappa), axes=("kappa",))
     small = 10.0 ** np.linspace(-9, -4, 40)
@@ -39,7 +39,7 @@ def inverse(length):
 
 @task("10.2 from a length to a sharpness", points=2)
 def kappa_of(student, rng):
-    """Put back into A."""
+    """A(κ) of the answer must be the given length."""
     length = np.concatenate([[0.001, 0.999], rng.uniform(0.001, 0.999, 300)])
     got = np.asarray(student.kappa_of(length), float)
     yield compare("A of your κ", series(got), length, close=1e-4, axes=("length",))
@@ -55,13 +55,13 @@ def footprints(rng):
 
 
 def true_means(normals, boxes):
-    """Mean vector of each box, by adding."""
+    """Mean vector of the normals of each box."""
     return np.array([normals[y0:y1, x0:x1].reshape(-1, 3).mean(0) for x0, y0, x1, y1 in boxes])
 
 
 @task("10.3 mean normals", points=2)
 def mean_normals(student, rng):
-    """Not renormalised."""
+    """The mean vectors must not be made unit vectors."""
     normals, boxes = footprints(rng)
     yield compare(
         "200 footprints", student.mean_normals(normals, boxes), true_means(normals, boxes), axes=("box", "axis")
@@ -70,7 +70,7 @@ def mean_normals(student, rng):
 
 @task("10.4 diffuse light", points=3)
 def diffuse(student, rng):
-    """Against the mean over every normal of the footprint."""
+    """Compared with the mean of the light over every normal of the footprint."""
     normals, boxes = footprints(rng)
     albedo = float(rng.uniform(0.2, 0.9))
     light = np.array([*rng.uniform(-0.1, 0.1, 2), 1.0])
@@ -88,7 +88,7 @@ def diffuse(student, rng):
 
 @task("10.5 the highlight of a footprint", points=3)
 def merged_kappa(student, rng):
-    """Rough ground widens it."""
+    """Rough ground must widen the highlight."""
     normals, boxes = footprints(rng)
     means = true_means(normals, boxes)
     for kappa in (3.0, 200.0):
@@ -101,7 +101,7 @@ def merged_kappa(student, rng):
 
 @task("10.6 the furnace", points=2)
 def furnace_scale(student, rng):
-    """Against a sum over the sphere."""
+    """Compared with a sum over the sphere."""
     for amplitude, sharpness in ((1.17, 2.133), (float(rng.uniform(0.5, 2)), float(rng.uniform(0.5, 20)))):
         z = -1 + (np.arange(200000) + 0.5) / 100000
         received = 2 * np.pi * (amplitude * np.exp(sharpness * (z - 1))).mean() * 2

@@ -30,7 +30,7 @@ def seconds(action):
 
 
 def loop(n):
-    """So many steps of plain Python, each about as long as one of a sweep."""
+    """Run a loop of plain Python, whose steps take about as long as steps of a sweep."""
     values, stack = list(range(n)), []
     for i in range(n - 1, -1, -1):
         while len(stack) > 1 and (values[stack[-1]] - i) * (stack[-2] - i) < -1:
@@ -40,7 +40,7 @@ def loop(n):
 
 @task("11.1 by every pair", points=2)
 def slow_horizons(student, rng):
-    """Rising, falling and rough lines."""
+    """Tested on rising, falling and rough lines."""
     for name, heights in lines(rng).items():
         yield compare(name, student.slow_horizons(heights, 7.5), pairs(heights, 7.5), axes=("post",))
 
@@ -59,7 +59,7 @@ def lines(rng):
 
 @task("11.2 by a sweep", points=4)
 def horizons(student, rng):
-    """The same numbers, and a time that grows as the line does."""
+    """Horizons must equal those of all pairs, in a time that grows as the line does."""
     for name, heights in lines(rng).items():
         yield compare(name, student.horizons(heights, 7.5), pairs(heights, 7.5), axes=("post",))
     n = 60_000
@@ -73,7 +73,7 @@ def horizons(student, rng):
 
 @task("11.3 a map", points=3)
 def map_horizons(student, rng):
-    """Four directions, unequal spacing."""
+    """Tested in four directions, with unequal spacings."""
     rows, cols = (int(v) for v in rng.integers(20, 40, 2))
     heights, (s, t) = land(rng, rows, cols), rng.uniform(5, 40, 2)
     east = np.array([pairs(row, s) for row in heights])
@@ -91,7 +91,7 @@ def map_horizons(student, rng):
 
 @task("11.4 the sun's disc", points=2)
 def disc_share(student, rng):
-    """Against the area of a disc, strip by strip."""
+    """Compared with the area of a disc, summed strip by strip."""
     radius = float(rng.uniform(0.003, 0.02))
     elevation = rng.uniform(0.1, 0.5)
     horizon = elevation + radius * np.linspace(-1.5, 1.5, 61)
@@ -105,7 +105,7 @@ def disc_share(student, rng):
 
 @task("11.5 light and shadow", points=1)
 def sunlit(student, rng):
-    """Where only sky lies ahead there is light."""
+    """A post with only sky ahead must be in the light."""
     slopes = np.append(rng.normal(0, 0.3, 200), [-np.inf, -np.inf])
     tangent = float(rng.uniform(0.05, 0.4))
     yield compare(

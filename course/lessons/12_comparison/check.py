@@ -28,7 +28,7 @@ def between(x, xs, ys):
 
 @task("12.1 the error at a number of triangles", points=2)
 def error_at(student, rng):
-    """Inside the curve, at its ends, and outside."""
+    """Tested inside the curve, at its ends, and outside."""
     points = curve(rng, 0.6, 4.0)
     n, e = zip(*points, strict=True)
     asked = [*np.exp(rng.uniform(np.log(n[0]), np.log(n[-1]), 30)), n[0], n[3], n[-1], n[0] / 2, n[-1] * 2]
@@ -38,7 +38,7 @@ def error_at(student, rng):
 
 @task("12.2 triangles for an error", points=2)
 def triangles_for(student, rng):
-    """The same curve, read the other way."""
+    """The same curve, read at an error."""
     points = curve(rng, 0.6, 4.0)
     n, e = zip(*points, strict=True)
     asked = [*np.exp(rng.uniform(np.log(e[-1]), np.log(e[0]), 30)), e[0], e[3], e[-1], e[0] * 2, e[-1] / 2]
@@ -48,7 +48,7 @@ def triangles_for(student, rng):
 
 @task("12.3 the summary of two curves", points=3)
 def summary(student, rng):
-    """Two that cross, and two that never meet."""
+    """Tested on two curves that cross, and on two without a common error."""
     for name, (ours, theirs) in {
         "one is better": (curve(rng, 0.7, 2.0, 12), curve(rng, 0.7, 6.0, 12)),
         "they cross": (curve(rng, 0.9, 5.0, 12), curve(rng, 0.4, 3.0, 12)),
@@ -103,7 +103,7 @@ def comparison(rng, planted):
 
 @task("12.4 what is unfair", points=4)
 def faults(student, rng):
-    """Fair, one fault, and several."""
+    """Tested on a fair comparison, and on comparisons with one fault and with several."""
     cases = [(), *((name,) for name in FAULTS), *(tuple(rng.choice(FAULTS, 3, replace=False)) for _ in range(6))]
     for i, planted in enumerate(cases):
         got = student.faults(comparison(rng, planted))
@@ -115,7 +115,7 @@ def faults(student, rng):
 
 @task("12.5 history", points=1)
 def places(student, rng):
-    """Four methods; the page names their papers."""
+    """The four methods of the page."""
     known = {
         "ROAM": (1997, "bintree", "error"),
         "geometry clipmaps": (2004, "rings", "distance"),
@@ -175,7 +175,7 @@ def found_in(rows):
 
 
 def advantage(rows):
-    """How many times as large the second row's errors look, line by line: the median."""
+    """The median, over the points, of the second row's error divided by the first row's error."""
     pairs = zip(rows[0]["points"], rows[1]["points"], strict=False)
     return float(np.median([theirs / ours for (_, ours), (_, theirs) in pairs]))
 
@@ -192,7 +192,7 @@ def is_measured(row, known):
 
 @task("12.6 break the fairness", points=3)
 def doctored(student, rng):
-    """True numbers, one fault, and a reader who is misled."""
+    """Numbers must be true, with one fault, and mislead the reader by enough."""
     for name in ("one comparison", "another one"):
         known = measured(rng)
         got = student.doctored([dict(row) for row in known])
@@ -226,7 +226,7 @@ def read_table(text):
 
 
 def as_table(rows):
-    """The same, the other way."""
+    """The rows of a comparison as a table: the inverse of `read_table`."""
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
     table.writerow([*LABELS, "triangles", "error"])
@@ -238,7 +238,7 @@ def as_table(rows):
 
 @task("12.7 find the fault", points=1)
 def verdict(student, rng):
-    """The fault that the table really has."""
+    """The named fault must be the one that the table has."""
     table, fault = student.verdict()
     try:
         rows = read_table(str(table))

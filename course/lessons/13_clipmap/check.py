@@ -13,7 +13,7 @@ LIMITS = 400 * 2.0 ** (-(np.arange(64) + 1) / 8)
 
 @task("13.1 where a ring begins", points=1)
 def origin(student, rng):
-    """Many eyes and levels."""
+    """Tested for many eyes and levels."""
     asked = [(tuple(rng.uniform(-50, 900, 2)), int(rng.integers(1, 5)), int(rng.integers(0, 6))) for _ in range(200)]
     got = [student.ring_origin(*each) for each in asked]
     want = [rings.ring_origin(eye, (n, n), level) for eye, n, level in asked]
@@ -22,7 +22,7 @@ def origin(student, rng):
 
 @task("13.2 the units that are drawn", points=2)
 def units(student, rng):
-    """Together the rings cover each place once."""
+    """Together the rings must cover each place once."""
     for blocks in (2, 3):
         eye, levels = tuple(rng.uniform(100, 130, 2)), 4
         ends = {level: rings.ring_origin(eye, (blocks, blocks), level) for level in range(levels)}
@@ -55,7 +55,7 @@ def true_cut_errors(heights, level):
 
 @task("13.3 the error of a cell whose edges are cut", points=3)
 def cut_error(student, rng):
-    """Exact, and not below what a neighbour can do."""
+    """Errors must be exact, and not below the errors without cut edges."""
     heights = spike(land(rng, 65, 65), rng)
     for level in (1, 2, 3):
         n = 1 << level
@@ -79,7 +79,7 @@ def level_of(rng, rows, cols):
 
 @task("13.4 any box", points=3)
 def within(student, rng):
-    """Boxes that do not begin at tiles, at the map's rim, and with more than 255 in a table."""
+    """Tested on boxes that do not begin at tiles, at the map's rim, and with entries of tables above 255."""
     rows, cols = (int(n) for n in rng.integers(40, 60, 2))
     errors, tables = level_of(rng, rows, cols)
     got, want, over = [], [], []
@@ -125,7 +125,7 @@ def steps_of(rng, unit_log2):
 
 @task("13.5 cut a block", points=3)
 def block(student, rng):
-    """The cheapest squares."""
+    """The squares of a block must be the cheapest."""
     for i in range(30):
         unit_log2 = int(rng.integers(3, 6))
         steps = steps_of(rng, unit_log2)
@@ -134,7 +134,7 @@ def block(student, rng):
 
 
 def tiling(rng, size_log2=5):
-    """Squares that cover a map once, unlike neighbours and all, with spacings: x, y, log2 of side and of spacing."""
+    """Squares of different sizes that cover a map once: x, y, log2 of the side and of the spacing."""
     found = []
 
     def cut(x, y, log2):
@@ -151,7 +151,7 @@ def tiling(rng, size_log2=5):
 
 @task("13.6 one rule for edges", points=3)
 def edges(student, rng):
-    """Both sides of an edge get the same vertices."""
+    """Both sides of an edge must get the same vertices."""
     for i in range(4):
         squares = tiling(rng)
         leaves = [rings.Leaf((x, y), side, step) for x, y, side, step in squares.tolist()]

@@ -51,7 +51,7 @@ def normals(heights, spacing):
 def fill(heights, void):
     """1.4 Fill the posts without data smoothly: each becomes the mean of its up to four neighbours on the map.
 
-    heights   (rows, cols); what stands in void posts means nothing
+    heights   (rows, cols); the values at void posts mean nothing
     void      (rows, cols) bool; not all posts are void
     returns   (rows, cols): other posts as they are; void posts within a millimetre of that mean
     """
@@ -71,7 +71,7 @@ def fill(heights, void):
 
 
 def mean_height(heights, void):
-    """1.5 The mean of all posts that have data. It is always worth a thought who counts.
+    """1.5 The mean of all posts that have data. For every mean, ask which values count.
 
     returns   a number
     """

@@ -17,7 +17,7 @@ def class_limits(span_m, classes, per_octave):
 
 
 def class_of(errors, limits):
-    """4.2 The last class whose limit is not below each error: the tightest that is still true. -1 if there is none.
+    """4.2 For each error, the last class whose limit is not below the error; -1 if there is none.
 
     errors    (n,) metres
     returns   (n,) whole numbers

@@ -7,7 +7,7 @@ import numpy as np
 
 
 def open_edges(triangles):
-    """7.1 Edges that one triangle uses alone.
+    """7.1 Edges that belong to only one triangle.
 
     returns   (k, 2) numbers of vertices, the smaller one first in each row; rows sorted
     """

@@ -23,7 +23,7 @@ def slow_horizons(heights, step_m):
 
 
 def horizons(heights, step_m):
-    """11.2 The same in a time that grows as n does: from the end to the beginning, with the upper hull on a stack.
+    """11.2 The same in a time proportional to n: from the end to the beginning, with the upper hull on a stack.
 
     returns   (n,) slopes
     """

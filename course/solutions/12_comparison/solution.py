@@ -10,7 +10,7 @@ import numpy as np
 def error_at(curve, triangles):
     """12.1 The error of a method at a number of triangles: along straight lines between log(triangles) and log(error).
 
-    returns   a number; NaN outside the curve, for nobody has measured there
+    returns   a number; NaN outside the curve, because nothing was measured there
     """
     # solution
     n, e = np.log(np.array(curve, float)).T
@@ -98,7 +98,7 @@ def places():
 
 
 def doctored(measured):
-    """12.6 Break the fairness of a comparison once, so that a quick reader takes ours for better than it is.
+    """12.6 Break the fairness of a comparison once, so that a quick reader believes that ours is better than it is.
 
     measured  rows as in 12.4. The first two are a fair pair, ours and theirs. The others are the same two methods
               under other conditions: look at their labels. Every row is honest on its own.

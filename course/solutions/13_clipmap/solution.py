@@ -51,7 +51,7 @@ def cut_error(heights):
     straight line between its ends, β how far the lowest lies below it; 0 or more. At a place with the weight w of an
     edge, 1 on it and 0 on the opposite side, the error is at most
     max over edges of  max(I⁺ − h + w α, h − I⁻ + w β).
-    I⁺ and I⁻ are the upper and the lower one of the two ways to draw the cell by a diagonal.
+    I⁺ is the higher and I⁻ the lower of the two surfaces that the two diagonals make.
 
     heights   (n + 1, n + 1) metres, n a power of two; rows run to the south
     returns   metres
