@@ -8,9 +8,9 @@ The mean of a box of heights takes four fetches, for any size of box.
     S(x, y) = sum of all values above and to the left          (built once, by prefix sums along rows, then columns)
     box     = S(x1, y1) - S(x1, y0) - S(x0, y1) + S(x0, y0)    (Crow 1984)
 
-The picture shows the map, and its means over boxes of 9, 33 and 129 posts a side. Sums of floats would lose digits. The
-table holds whole numbers of 32 bits that wrap around. The sum of a box fits into 32 bits, so it is exact, whatever the
-size of the map.
+The picture shows the map, and its means over boxes of 9, 33 and 129 posts a side. Sums of floats would lose digits. So
+the table holds whole numbers of 32 bits that wrap around. The sum of a box fits into 32 bits, so it is exact for a map
+of any size.
 
 Run: ``python 02_sat.py [PICTURE.png [MAP]]``
 """

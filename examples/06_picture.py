@@ -8,7 +8,7 @@ All stages at once, and the measured error beside the certified error.
     heightmap -> sat -> error -> lod -> mesh -> shade -> image
 
 The renderer certifies that no point of the surface is drawn further than one pixel from its true place. Then it
-measures: it draws the same mesh from straight above, and compares it with the map.
+measures the error: it draws the same mesh from straight above, and compares the mesh with the map.
 
 Run: ``python 06_picture.py [PICTURE.png [MAP]]``
 """

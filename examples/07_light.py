@@ -9,8 +9,8 @@ One mountain at six hours of a day in June.
 
 The place of the sun follows from date, hour and latitude. A clear sky is computed for this sun, and the colours of nine
 fixed lobes are fitted to the sky. For the ground under a pixel, summed-area tables give the share of each lobe that the
-land does not hide, and the mean of the ground's own lobes. These tables are made once for a map. So from hour to hour
-only ten colours (of the lobes and of the surrounding land) and the sun's shadows are new.
+land does not hide, and the mean of the ground's lobes. These tables are made once for a map. So from hour to hour only
+ten colours (of the sky's lobes and of the surrounding land) and the sun's shadows are new.
 
 Run: ``python 07_light.py [PICTURE.png [MAP]]``
 """

@@ -5,11 +5,11 @@ A given number of triangles, where they help most.
 
 One price for a triangle decides everywhere in the picture: a triangle is drawn if it removes more squared pixels of
 error than the price. The GPU searches for the price that gives the requested number of triangles. With four times as
-many triangles, the last ones remove about a fifteenth as much.
+many triangles, the price is about a fifteenth as high.
 
 The picture shows one view with 1,000, 4,000, 16,000 and 64,000 triangles. A tolerance uses its triangles in another
-way: it keeps the largest error the same everywhere. Beside each budget, the output has the error of a tolerance with
-the same number of triangles.
+way: it keeps the largest error the same everywhere. Beside each budget, the output has the RMS error of a tolerance
+that needs the same number of triangles.
 
 Run: ``python 08_budget.py [PICTURE.png [MAP]]``
 """

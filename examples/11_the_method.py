@@ -1,8 +1,8 @@
 """Example 11: the whole method in one file
 ========================================
 
-A metre is many pixels near the eye, less than one far away. So far land needs fewer triangles. How few? Tables tell:
-four fetches answer whether any cell in a box has an error above the tolerance at this distance. Simplifications:
+A metre is many pixels near the eye, less than one far away. Therefore distant land needs fewer triangles. How few? Four
+fetches from tables tell whether any cell in a box has an error above the tolerance at this distance. Simplifications:
 
 - The truth is the heights at the posts. Between the posts there is no bound, and no vertex.
 - A patch has 2 to 32 segments a side. If a patch needs more, the certified error is above the tolerance.
@@ -65,8 +65,8 @@ uint cells_above(ivec2 low, int side, int j, int c) {
     return S[at(j, c, b.x, b.y)] - S[at(j, c, a.x, b.y)] - S[at(j, c, b.x, a.y)] + S[at(j, c, a.x, a.y)];
 }
 """
-# A cell of level j is two triangles, with an unknown diagonal. With the twist t = a - b - c + d of the corners, one is
-# t min(x (1-y), y (1-x)) above the bilinear surface, the other t min(x y, (1-x) (1-y)) below it: take the worse. A
+# A cell of level j is two triangles, with an unknown diagonal. With the twist t = a - b - c + d of the corners, one way
+# is t min(x (1-y), y (1-x)) above the bilinear surface, the other t min(x y, (1-x) (1-y)) below it: take the worse. A
 # finer neighbour cuts an edge. The new vertices are at most `cut_m` off the edge, so they move no point by more.
 ERRORS = """
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -99,7 +99,7 @@ void main() {
 # -- 3. From metres to pixels ------------------------------------------------------------------------------------------
 # In the camera's axes a point is (x, y, z), z is its depth, and the vertical is v. A point that rises by d moves by
 #   K |d| |(v.x - x/z v.z, v.y - y/z v.z)| / (z + d v.z) <= scale_px |d| / (z - |d v.z|)   pixels.
-# The norm is largest in a corner of the picture: scale_px is K times that. So a limit in pixels is a limit of |d| / z.
+# The norm is largest in a corner of the picture; scale_px is K times it there. So a limit in pixels limits |d| / z.
 VIEW = """
 // u_axes: from world metres to right, up, depth; u_tan: x/z and y/z at the picture's edges; u_most: tolerated |d| / z
 layout(std430, binding = 3) buffer View { vec3 u_eye; mat3 u_axes; vec2 u_tan; float u_scale_px, u_most; };
@@ -229,7 +229,7 @@ void main() {
 """
 # -- 7. The frame ------------------------------------------------------------------------------------------------------
 CLASSES, TOP, UNITS = 32, 7, 128  # error classes; level of the coarsest cells; units across a ring
-PATCHES_PER_DRAW = 15  # of 65 × 65 vertices: Mesa's software renderer fails from 65,536 in a draw on
+PATCHES_PER_DRAW = 15  # of 65 × 65 vertices: Mesa's software renderer fails if a draw has 65,536 vertices or more
 
 
 def look(eye, forward, fov_deg, size):
