@@ -76,7 +76,7 @@ class App:
         self.captured = False
         self.errors: list[Exception] = []
         self._failed = False  # whether an error came in the last frame
-        self._echoes = 0  # frames still to draw after a change: panels find their size in one or two
+        self._echoes = 0  # frames still to draw after a change: panels find their size in one or two frames
 
     def close(self) -> None:
         """Release resources, and remember what the next run needs."""
@@ -99,7 +99,7 @@ class App:
         return min(self.viewer.wait_s, 0.05) if lively else self.viewer.wait_s
 
     def frame(self, now_s: float) -> bool:
-        """Do one frame at a time in seconds; returns whether the target shows a new picture."""
+        """Do one frame, `now_s` seconds after the start; returns whether the target shows a new picture."""
         window = self.viewer.window
         self._failed = False
         self._fit(window.size)
@@ -183,7 +183,7 @@ class App:
         repeated
             Whether the key is held.
         moves
-            Whether it may move the camera: not with Ctrl or Alt.
+            Whether the key may move the camera: not together with Ctrl or Alt.
         """
         self.gui.key(key, True)
         if self.gui.takes_text:

@@ -1,4 +1,4 @@
-"""A box of the summed-area table of heights: the four fetches, and what follows from them."""
+"""A box of the summed-area table of heights: the four fetches, and the sum and mean that they give."""
 
 from dataclasses import dataclass
 

@@ -42,13 +42,13 @@ class BrushTool:
     strength_m
         Metres of each dab, for tools that move the ground.
     share
-        For the other tools: the share of the way to its goal that a dab moves the ground, 0 to 1.
+        For all other tools: how far a dab moves the ground towards its goal, 0 to 1.
     due
         Dabs that are still to be done, the next one first.
     edits
         Number of changes of the map.
     waits_for_headroom
-        Whether a dab that would leave the quantisation range waits for new tables. If not, it builds them at once.
+        Whether a dab that would leave the quantisation range waits for new tables. If not, they are built at once.
     """
 
     def __init__(self, renderer: Renderer) -> None:

@@ -1,4 +1,4 @@
-"""The canvas: on it, one or two sides are put together to a picture, which the window then shows."""
+"""The canvas puts one or two sides together to one picture, which the window then shows."""
 
 from typing import Any
 

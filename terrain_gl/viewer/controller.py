@@ -17,7 +17,7 @@ from .pose import Pose, hit_ground, not_too_steep, on_map, vector
 MODES = ("fly", "orbit", "walk")
 EASE_S = 0.12  # τ
 TRAVEL_S = 0.8  # duration of a travel to a bookmark
-LOOK_DEG = 0.1  # per pixel of mouse
+LOOK_DEG = 0.1  # degrees for each pixel that the mouse moves; then the same in orbit
 ORBIT_DEG = 0.3
 TURN_DEG_S = 40.0  # speed of turning, or orbiting, by keys
 APPROACH = 0.6  # in orbit, the distance falls by a factor of e^0.6 each second
@@ -186,8 +186,8 @@ class Controller:
     def grab(self, x: float, y: float) -> None:
         """Take the ground at a point of the picture as the pivot; x and y are tangents right and up from its middle.
 
-        If the point is in the sky, the pivot is the ground in the picture's middle; if that is sky, too, it is a point
-        as far away as the map is wide.
+        If the point is in the sky, the pivot is the ground in the picture's middle. If this is sky, too, the pivot is
+        there, as far away as the map's longer side is long.
         """
         hits = (_ground_at(self, *at) for at in ((x, y), (0.0, 0.0)))
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
@@ -216,7 +216,7 @@ class Controller:
     def approach(self, x: float, y: float, notches: float) -> None:
         """Come nearer to the ground at a point of the picture, which stays where it is; tangents as of `grab`.
 
-        In orbit the pivot is that place. A walker keeps to the ground.
+        In orbit, the camera comes nearer to its pivot instead. A walker does not move.
         """
         if self.mode == "walk":
             return
@@ -247,7 +247,7 @@ class Controller:
         self._move_to(self.eye + [moved[0], moved[1], 0.0])
 
     def fly_to(self, x: float, y: float) -> bool:
-        """Travel to the ground at a point of the picture, and look at it; False if there is only sky."""
+        """Travel to the ground at a point of the picture, and look at it; False for the sky, and for a walker."""
         if (seen := _ground_at(self, x, y)) is None or self.mode == "walk":
             return False
         place = on_map(seen, self.eye, self.bend_per_m)
@@ -283,7 +283,7 @@ class Controller:
             self._move_to(self.eye + moved)
 
     def _ease(self, seconds: float) -> np.ndarray:
-        """The integral of the velocity, which approaches the wanted one."""
+        """The way in some seconds: the integral of the velocity, which approaches the wanted velocity."""
         wanted = self._wanted()
         kept = math.exp(-seconds / EASE_S)
         moved = wanted * seconds + (self._velocity - wanted) * EASE_S * (1 - kept)
@@ -307,7 +307,7 @@ class Controller:
 
     @property
     def _turning(self) -> tuple[int, int] | None:
-        """Right and up, −1 to 1, by the arrow keys; None if none is held."""
+        """Right and up, −1 to 1, by the arrow keys; None if both are 0."""
         turns = [_TURNS[key] for key in self.held if key in _TURNS]
         right, up = (sum(turn[i] for turn in turns) for i in (0, 1))
         return (right, up) if right or up else None

@@ -12,7 +12,7 @@ from ..verify.explain import Choice, Explanation, Lookup
 from .theme import ACCENT, WARNING
 from .widgets import Widgets
 
-AROUND = 0.5  # tiles around the box that are shown, relative to its side
+AROUND = 0.5  # tiles that are shown beyond each side of the box, relative to this side
 LEAST = 8  # fewest tiles that are shown along a side
 SIDE_EM = 8.0  # side of the picture, in heights of the typeface
 _ABOVE = (0.93, 0.30, 0.25)

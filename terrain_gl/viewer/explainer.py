@@ -44,7 +44,7 @@ class Explainer:
         self.error_box: ErrorBox | None = None
         self.place: np.ndarray | None = None
         self.box: BoxSum | None = None
-        # the options of one picture, and of its left side
+        # the options before the split, and those of the left side after it
         self._split_from: tuple[RenderOptions, RenderOptions] | None = None
 
     def forget(self) -> None:

@@ -106,9 +106,9 @@ def seconds(ms: float) -> str:
 
 @dataclass
 class Record:
-    """One frame in the graphs; `bound_px` is None or 0 if nothing is certified.
+    """One frame in the graphs; `bound_px` is 0 if nothing is certified.
 
-    `point_px` is that bound if it holds for every point, not only for the mean; else None.
+    `point_px` is the bound if it holds for every point, not only for the mean; else None.
     """
 
     ms: dict[str, float]

@@ -128,7 +128,7 @@ class Gui:
         self._io().add_input_character(character)
 
     def covers(self, x: float, y: float) -> bool:
-        """Whether a panel covers a pixel, or a panel is being dragged."""
+        """Whether a panel covers a pixel, a control is being dragged, or a list of choices is open."""
         io = self._io()
         inside = any(x0 <= x <= x1 and y0 <= y <= y1 for x0, y0, x1, y1 in self.widgets.covered)
         return inside or (io.want_capture_mouse and any(io.mouse_down)) or self._list_is_open()

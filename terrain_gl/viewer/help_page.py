@@ -54,7 +54,7 @@ def _keys(ui: Widgets) -> None:
 
 
 def _table(ui: Widgets, lines: list[tuple[str, str, str]], columns: list[list[str]]) -> None:
-    """Two columns of groups, side by side."""
+    """One or two columns of groups, side by side."""
     imgui = ui.imgui
     if not imgui.begin_table("keys", len(columns)):
         return

@@ -1,4 +1,6 @@
-"""A lecture: stations with a state of the window, sentences in large type and a question. lecture.json is the first.
+"""A lecture: stations, each with a state of the window, sentences in large type and a question.
+
+The lecture that comes with the package is lecture.json.
 
 Sentences may name numbers of the picture, such as {triangles}; the window fills them in, so that they are true.
 """
@@ -82,7 +84,7 @@ class Lecture:
     Attributes
     ----------
     number
-        Number of the shown station, from 0 on; None before the map is there.
+        Number of the shown station, from 0 on; None while no station is shown.
     """
 
     def __init__(self, stations: list[Station], scene: Scene, painter: Painter, explainer: Explainer) -> None:
@@ -92,7 +94,7 @@ class Lecture:
         self._painter = painter
         self._explainer = explainer
         self._before: Settings | None = None  # the user's own choices
-        self._click: tuple[float, float] | None = None  # a patch to be explained when the picture is there
+        self._click: tuple[float, float] | None = None  # a patch that is explained when the picture is complete
 
     @property
     def station(self) -> Station | None:

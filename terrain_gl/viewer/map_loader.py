@@ -1,4 +1,4 @@
-"""Loads maps while another one is shown: from a file, with another exaggeration, or with another spacing."""
+"""Loads maps while another map is shown: from a file, with another exaggeration, or with another spacing."""
 
 import os
 from collections.abc import Callable
@@ -88,7 +88,7 @@ class MapLoader:
         self._plain = plain
 
     def hold_in_memory(self) -> None:
-        """Begin to hold the raster in memory whose store is shown; the view stays."""
+        """Begin to load the raster itself into memory, in place of its store; the view stays."""
         scene = self._scene
         how = scene.raster_behind
         assert how
@@ -176,7 +176,7 @@ class MapLoader:
 
     @property
     def _small_size(self) -> Size:
-        """A picture size that any GPU can draw. The first frame sets the size of the window."""
+        """A picture size that any GPU can draw. The first frame then takes the size of the window."""
         width, height = self._scene.window.size
         return max(1, width // 4), max(1, height // 4)
 

@@ -20,7 +20,7 @@ from .state import checked
 MOST_MAPS = 50
 MOST_RECENT = 8
 _PANELS = ("panel",)
-_REMEMBERED = ("max_error_px", "metric", "method", "style")  # a number of triangles suits one map alone
+_REMEMBERED = ("max_error_px", "metric", "method", "style")  # not `triangles`: a number of triangles suits only one map
 
 
 class Memory:

@@ -88,7 +88,7 @@ class Mouse:
         return "orbit"
 
     def release(self, button: str, x: float, y: float) -> None:
-        """A button comes up. If the mouse has hardly moved since it went down, this is a click."""
+        """A button comes up. If the mouse has hardly moved since the button went down, this is a click."""
         if button != self._button:
             return
         drag = self.drag

@@ -25,7 +25,7 @@ from .window_state import Size
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 LEGEND_EM = 18.0  # width of the legend that is shown without the panel
-_LINE_EM = 40.0  # a lecture's sentences have at least this many heights of the typeface in a line
+_LINE_EM = 40.0  # least length of a lecture's lines, in heights of the typeface
 FULL_HD = 1080  # in windows with more rows of pixels than this, type grows with the window
 LARGE = 1.5  # size of the type of a lecture, relative to that of the panels; less in a narrow window
 LOW_EM = 36.0  # where there is less room than this many heights of the typeface, explanations are short

@@ -16,7 +16,7 @@ from .widgets import PATH, Widgets
 IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file can be dropped on, and their options
 _LATITUDE_DEG = 46.0  # latitude for the time of day, if the map does not give its place
 _DAY = datetime(2025, 8, 1)
-_ROWS = {  # label and option of choices that need no further code
+_ROWS = {  # choices that need no further code: label and option, with a line of help
     ("surroundings", "edge"): "block: the map stands on a plain or in its sea; none: it hangs in the sky.",
     ("grain", "grain"): "Bumps below the posts' spacing near the eye, in the light alone; no geometry.",
 }

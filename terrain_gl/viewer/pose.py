@@ -46,7 +46,7 @@ class Pose:
         return Camera(self.eye, (x, y, z), self.fov_deg)
 
     def beside(self, px: float, height: int) -> Pose:
-        """The pose turned to the left, so that the middle of the picture is seen `px` further right on the same row.
+        """The pose turned to the left, so that the place in the picture's middle moves `px` to the right on its row.
 
         `height` is the picture's height in pixels. A view that is almost straight down does not change.
         """
@@ -81,7 +81,7 @@ def not_too_steep(elevation_deg: float) -> float:
 def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, bend_per_m: float = 0.0) -> np.ndarray | None:
     """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection.
 
-    The place is on the ray. Land far away is drawn lower by its drop (`Camera.bend_per_m`); `on_map` adds it.
+    The place is on the ray. Land far away is drawn lower by its drop (`Camera.bend_per_m`); `on_map` adds the drop.
     """
     near, far = 0.1 * min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
     t = np.geomspace(near, max(far, 2 * near), 4000) / np.linalg.norm(ray)
@@ -99,6 +99,6 @@ def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, bend_per_
 
 
 def on_map(places: np.ndarray, eye: np.ndarray, bend_per_m: float) -> np.ndarray:
-    """Places (..., 3) as they are drawn, with their heights on the map."""
+    """The places of the map that are drawn at these places (..., 3): higher by their drop."""
     drop_m = bend_per_m * np.square(places[..., :2] - eye[:2]).sum(-1)
     return places + np.stack([0 * drop_m, 0 * drop_m, drop_m], -1)

@@ -16,7 +16,7 @@ _NAME = re.compile(r".+-(\d+)-\d+\.(tif|npz)")
 
 
 def state_path() -> Path:
-    """Path of the file."""
+    """Path of the file of settings: see `Memory`."""
     folder = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
     return Path(folder) / "terrain-gl" / "view.json"
 

@@ -61,7 +61,7 @@ class Saver:
     mesh_format
         Ending of the names of saved meshes.
     shot
-        The picture that is being drawn; None if there is none.
+        The picture or film that is being drawn; None if there is none.
     filming
         Records flights, which become films.
     line_of
@@ -147,7 +147,7 @@ class Saver:
         self.shot = Shot(path, self._picture_steps(path, self._scene.frame_spec(SIZES[self.size])))
 
     def _may_save(self) -> bool:
-        """Whether a file can be saved now; if not, a message says why. Waits for the last file, whose name is taken."""
+        """Whether a file can be saved now; if not, a message says why. First waits for the last file to be written."""
         if self.shot:
             self._window.say(f"{self.shot.path} is still being drawn: Esc cancels it")
             return False

@@ -18,7 +18,7 @@ from .pose import Pose
 from .settings import Settings
 from .window_state import Size, WindowState
 
-_OF_ERROR = ("promise", "error")  # styles that a preview cannot show: it has no errors of the whole map
+_OF_ERROR = ("promise", "error")  # styles that a preview cannot show, because it has no errors of the whole map
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ class Sculpting:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the land differs from its file. If all strokes are undone, it does not."""
+        """Whether the land differs from the land in its file. It is equal again when all strokes since are undone."""
         return self.tool is not None and (self.tool.land is not self._saved or bool(self.tool.due))
 
     def may_leave(self) -> bool:

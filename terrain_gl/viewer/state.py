@@ -3,7 +3,7 @@
     {"view": "first", "sides": [{"style": "lod", "max_error_px": 2}], "divider": 0.5, "frozen": null, "sums": false}
 
 A view is a name of `files.views.VIEWS`, "first" for the map's own, or the numbers of a pose. Options that a side does
-not name have their defaults; sun and look are those of the map.
+not name have their defaults; but the sun is that of the map, and the look stays.
 """
 
 from dataclasses import asdict

@@ -25,7 +25,7 @@ def finest_levels(levels: np.ndarray, most: int = MOST) -> np.ndarray:
 
 
 def runs(levels: np.ndarray) -> Iterator[tuple[int, int, int, int]]:
-    """Squares of one row and one level that touch: row, first column, column after the last, level."""
+    """Runs of neighbouring squares of one level in a row: row, first column, column after the last, level."""
     for row, values in enumerate(levels.tolist()):
         first = 0
         for level, same in groupby(values):

@@ -212,7 +212,7 @@ class Viewer:
             self.loader.exaggerate(factor)
 
     def hold_in_memory(self) -> None:
-        """Hold the raster in memory whose store is shown, unless edits would be lost."""
+        """Load the raster itself into memory, in place of its store, unless edits would be lost."""
         if self.saver.may_leave() and self.sculpting.may_leave():
             self.loader.hold_in_memory()
 

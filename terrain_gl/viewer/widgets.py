@@ -69,11 +69,11 @@ class Widgets:
         Parameters
         ----------
         anchor
-            Its place in the picture of `size`, from 0 to 1.
+            The window's place in the picture of `size`, from 0 to 1.
         on_close
             Called by its close button. Without it, the window has no title.
         pivot
-            The point of the window that is put at the anchor, from 0 to 1; by default the same numbers.
+            The point of the window that is put at the anchor, from 0 to 1; by default as `anchor`.
         takes_mouse
             Whether the window takes clicks on it. If not, they reach the land behind it.
         """
@@ -82,10 +82,10 @@ class Widgets:
         pivot = pivot or anchor
         imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot)
         above, below = anchor[1] / max(pivot[1], 1e-6), (1 - anchor[1]) / max(1 - pivot[1], 1e-6)
-        most = min(0.92, 0.98 * above, 0.98 * below)  # of the height: it ends inside the picture, and scrolls
+        most = min(0.92, 0.98 * above, 0.98 * below)  # of the height: the window ends inside the picture, and scrolls
         imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], most * size[1]))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
-        if on_close is None:  # it opens by itself, and must not take the focus from a slider that is being dragged
+        if on_close is None:  # such a window opens by itself, and must not take the focus from a dragged slider
             fixed |= flags.no_title_bar | flags.no_focus_on_appearing
         if not takes_mouse:
             fixed |= flags.no_inputs
@@ -157,7 +157,7 @@ class Widgets:
         return new if changed else None
 
     def enter(self, label: str, value: str, empty: str, hint: str) -> str | None:
-        """A line of text, `empty` while there is none; returns the text when Enter is pressed."""
+        """A field for a line of text; without text it shows `empty`. Returns the text when Enter is pressed."""
         imgui = self.imgui
         typed = self._texts.get(label, value)
         entered, typed = imgui.input_text_with_hint(label, empty, typed, imgui.InputTextFlags_.enter_returns_true)
@@ -194,7 +194,7 @@ class Widgets:
             corners = (left + i * step, top), (left + (i + 1) * step, bottom)
             imgui.get_window_draw_list().add_rect_filled_multi_color(*corners, a, b, b, a)
         imgui.dummy((width, 0.6 * self.em))
-        imgui.push_text_wrap_pos(-1.0)  # these words have their places: they do not wrap
+        imgui.push_text_wrap_pos(-1.0)  # words at fixed places do not wrap
         imgui.text(shown.least)
         if shown.middle:
             imgui.same_line(left - imgui.get_window_pos()[0] + (width - imgui.calc_text_size(shown.middle)[0]) / 2)

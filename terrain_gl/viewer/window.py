@@ -63,7 +63,7 @@ def run(
     ui_scale
         Factor of the sizes of type and panels, 0.5 to 4; by default as in the last run.
     lecture
-        A file of stations to go through by Space and arrows, or "" for the one that comes with the package.
+        A file of stations to go through by Space and arrows, or "" for the lecture that comes with the package.
     line_of
         Returns the command line of a view, from heightmap, camera, size and options.
     overlays
