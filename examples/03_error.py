@@ -1,7 +1,7 @@
 """Example 3: the error
 ====================
 
-A coarse mesh does not go through all posts. This example shows how far it is from them.
+A coarse mesh does not go through all posts. This example shows how far the mesh is from the posts.
 
 A quadtree lies over the map. A node of level j covers 2^j x 2^j cells. It is drawn as two triangles through its four
 corners, so the posts between the corners may lie above or below the triangles. The table stores the largest error of
@@ -42,7 +42,7 @@ def worst_m(level):
 
 
 def heat(metres):
-    """Black, violet, orange, white, by the logarithm."""
+    """Colours by the logarithm of the error: from black over violet and orange to white."""
     at = np.clip((np.log10(np.maximum(metres, 1e-9)) + 1) / 4, 0, 1)
     colours = np.array([(8, 6, 20), (90, 30, 110), (230, 110, 60), (255, 250, 220)])
     return np.stack([np.interp(at, np.linspace(0, 1, 4), channel) for channel in colours.T], -1).astype(np.uint8)

@@ -38,7 +38,7 @@ def message_length(head: bytes) -> int:
 
 
 def exactly(stream: IO[bytes], count: int) -> bytes:
-    """Read so many bytes."""
+    """Read exactly `count` bytes."""
     data = stream.read(count)
     if len(data) < count:
         raise EOFError

@@ -1,5 +1,5 @@
 def main(path, picture):
-    """Draw the picture, and say what it is worth."""
+    """Draw the picture, and print its numbers."""
     start, heights = time.perf_counter(), read(path)
     posts, triangles = mesh(heights)
     colours = globals().get("paint_LESSON", paint)(heights, posts) * light(heights, posts)[:, None]

@@ -73,7 +73,7 @@ float own_horizon(vec3 n, vec2 towards) {
 
 int share_index(ivec2 texel, int lobe) { return (lobe * u_texels.y + texel.y) * u_texels.x + texel.x; }
 
-// Cell k of a texel. It may be outside the map, but in a window the nearest cell takes its place.
+// Cell k of a texel. The cell may be outside the map; in a window, the nearest cell of the map takes its place.
 ivec2 cell_of(ivec2 texel, int k) {
     ivec2 cell = texel * TEXEL + ivec2(k % TEXEL, k / TEXEL);
 #ifdef WINDOW

@@ -4,7 +4,7 @@
 //   ρ_n = mean of 1.170 e^(2.133 (ω·n − 1)), the cosine as a lobe: κ = 2.133, weight 3.398    (B.3, B.4)
 //   r   = |r| n with (3 |r| − |r|³) / (1 − |r|²) = κ;  r_M = mean of r;  ρ_n = weight · vMF(ω; r_M)    (C.1 to C.4)
 //   B.3 as printed lacks the factor 1/π of the diffuse BRDF. We include it; else the ground would be π times as bright.
-//   Steps from our shading to the printed one. Each includes the steps before it:
+//   Steps from our shading to the printed shading. Each step includes the steps before it:
 //     PRINTED 1   facets are not weighted by their size in the picture: E alone, without E·s (light/lean.glsl)
 //     PRINTED 2   A.5: visibility is separate from the cosine, for the sun and for the sky
 //     PRINTED 3   B.3, B.4, C.1 to C.4: the lobe of κ = 2.133 instead of the closed mean of the cosine

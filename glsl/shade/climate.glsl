@@ -1,5 +1,5 @@
 // shade/climate.glsl — zones of vegetation and snow by height.
-//   They follow from the latitude, not from the map's own range.
+//   They follow from the latitude, not from the lowest and highest height of the map.
 //   So a part of a map looks the same as in the whole map, and an edit elsewhere changes nothing.
 //   A climate is three numbers at each corner of the map, bilinear in between:
 //   the tree line in metres, the snow line in metres, and dryness, 0 to 1.

@@ -1,5 +1,5 @@
 // shade/cracks.frag — style "cracks": patches do not agree on edges (OWN_EDGES in mesh/patch.tesc).
-//   Pixels with a sample that looks through a crack are red. Colours are those of "segments", paler.
+//   Pixels with a sample that looks through a crack are red. Other pixels have the colours of style "segments", paler.
 
 #include "shade/drawn.glsl"
 

@@ -2,7 +2,7 @@
 //   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels.
 //   Projected along the view ray onto the plane of the ground, it is a parallelogram with sides u and v on the map.
 //   The box around its ellipse has the half sides √(u² + v²)/2, in columns and rows.
-//   The plane is that of a wider neighbourhood, so the footprint depends on the map and the camera,
+//   The plane has the slope of a wider neighbourhood, so the footprint depends on the map and the camera,
 //   and not on the mesh. A diagonal footprint is cut along its length e into pieces: their boxes have less area than
 //   one box around all of them.
 //   Samples see small bumps, so the places that they see jump when the eye moves.
@@ -127,7 +127,7 @@ vec2 part_on_plane(Ground g, vec2 post, vec3 ray) {
     return clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));
 }
 
-// The centre of the part of one of g.samples.
+// The centre of the part of the footprint that one of g.samples sees.
 vec2 part_of(Ground g, int sample_) {
     vec2 post = post_of_sample(sample_);
     return MAY_BE_FAR ? part_on_plane(g, post, view_ray(offset_of_sample(sample_))) : post;

@@ -1,4 +1,4 @@
-"""Error records of a part of a map, bit for bit equal to those of the whole map's tables.
+"""Error records of a part of a map, bit for bit equal to the records of the whole map's tables.
 
 A record depends on the posts of its closed node, on whether some of them are the map's last posts, and on the map's
 quantisation range. So a part of the map gets one post more than its last nodes need, and the range of the whole map.

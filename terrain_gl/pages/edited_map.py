@@ -27,7 +27,7 @@ from .widening import Scale, moves, touched
 
 
 class Square(NamedTuple):
-    """A node whose record is computed anew together with those of all nodes inside it."""
+    """A node whose record is computed anew, together with the records of all nodes inside it."""
 
     level: int
     row: int

@@ -1,4 +1,4 @@
-"""Records of an edited store: those on disk, widened where posts have moved, or computed anew.
+"""Records of an edited store: the records on disk, widened where posts have moved, or computed anew.
 
 moved, each level    how far posts of each node have moved: these moves widen its record (`pages.widening`)
 errors, ranges       records that were computed anew (rebuilding.py)

@@ -80,7 +80,7 @@ class PageVisibility:
 
     @property
     def is_there(self) -> bool:
-        """Whether every place has light, at least that of a coarsest page."""
+        """Whether every place has light: its own, or at least that of a page of the coarsest level."""
         return self._at is not None and all(map(self.terrain.is_lit, self.terrain.roots))
 
     def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = 0) -> Steps[None]:

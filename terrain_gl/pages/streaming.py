@@ -47,7 +47,7 @@ class Streaming:
         Whether a view that waits starts from the coarsest pages. Then its picture does not depend on earlier views.
         Otherwise finer pages of earlier views stay, and normals are computed from these pages.
     progress
-        A function that gets the share that is loaded, 0 to 1, while `select` waits; None if nobody wants it.
+        A function that is called with the loaded share, 0 to 1, while `select` waits; None for no calls.
     clock
         Tells the time of a frame in seconds.
     rebuilder

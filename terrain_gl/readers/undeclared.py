@@ -78,7 +78,7 @@ def _at_end(heights: np.ndarray, scales: tuple[float, float], is_low: bool) -> l
 
 
 def _unusual(heights: np.ndarray, sample: np.ndarray, scales: tuple[float, float]) -> tuple[str, ...]:
-    """A note if many posts have exactly one height that is farther from all others than their range."""
+    """A note if many posts have exactly one height, farther from all other heights than the range of these is wide."""
     sample = sample[np.isfinite(sample)]
     if not sample.size:
         return ()

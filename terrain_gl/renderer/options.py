@@ -132,8 +132,8 @@ class RenderOptions:
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
     error_scale_px
-        Styles "error" and "promise": the error at the end of the scale of colours. The scale is then one of square
-        roots, so that small errors are visible. By default the end is the tolerance, and the scale is linear.
+        Styles "error" and "promise": the error at the end of the scale of colours. Colours then follow the square root
+        of the error, so that small errors are visible. By default the end is the tolerance, and the scale is linear.
     exaggeration
         How many times higher the relief is drawn, 0.01 to 100. The eye and the target are raised with it. Contour
         lines, colours, water and reported heights stay true. The bound in pixels holds for the picture as drawn.

@@ -351,7 +351,7 @@ def _between_holes(heightmap: Heightmap, region: Region) -> np.ndarray:
     inside = [(axis >= 0) & (axis < n) for axis, n in zip(posts, heightmap.heights.shape, strict=True)]
     heights = heightmap.heights[np.ix_(*(np.where(kept, axis, 0) for axis, kept in zip(posts, inside, strict=True)))]
     void = np.isnan(heights) | ~inside[0][:, None] | ~inside[1]
-    hole = void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1]  # from the cell before the first post on
+    hole = void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1]  # first: the cell north-west of post 0
     row, col = row - row[0], col - col[0]
     along_row = (part_y == 0)[:, None] & (part_x > 0) & hole[np.ix_(row, col + 1)] & hole[np.ix_(row + 1, col + 1)]
     along_col = (part_y > 0)[:, None] & (part_x == 0) & hole[np.ix_(row + 1, col)] & hole[np.ix_(row + 1, col + 1)]

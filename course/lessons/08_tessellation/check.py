@@ -49,7 +49,7 @@ def evaluation(student, rng):
     with runner(student, texts) as found:
         for segments in (2, 3, 5, 6, 7, 11, 13, 24, 31):
             side = segments * int(rng.integers(1, 4))
-            past = -1 if segments % 2 else side // 3  # odd ones fit; the others pass the map's end
+            past = -1 if segments % 2 else side // 3  # patches of odd segments fit; other patches pass the map's rim
             shape = (side - past, 2 * side - past)[:: -1 if segments % 3 else 1]  # wide and high maps
             heights = land(rng, *shape).astype(np.float32)
             squares = np.array(

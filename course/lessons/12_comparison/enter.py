@@ -49,7 +49,7 @@ def errors_px(mine, camera, heights, posts, triangles):
 
 
 def in_picture(mine, heights, posts, triangles):
-    """How many triangles are not wholly beyond one side of the picture: the project leaves out the others, too."""
+    """The number of triangles that are not wholly beyond one side of the picture. The project counts the same way."""
     x, y, _, w = mine.project(mine.places_of(heights, posts)).T
     beyond = np.stack([x < -w, x > w, y < -w, y > w, w < NEAR_M])
     return int((~beyond[:, triangles].all(-1).any(0)).sum())

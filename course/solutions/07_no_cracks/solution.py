@@ -19,7 +19,7 @@ def open_edges(triangles):
 
 
 def weld(vertices, triangles, tolerance_m):
-    """7.2 Let triangles share vertices: those within tolerance_m of each other become the one with the lowest number.
+    """7.2 Weld vertices within tolerance_m of each other: triangles use the vertex with the lowest number for all.
 
     Vertices that belong together are much closer than tolerance_m; others are much farther apart.
 
@@ -60,7 +60,7 @@ def on_edge(vertices, a, b):
 def repair(vertices, triangles):
     """7.4 Cut triangles at the vertices that lie on their edges, until no vertex lies inside an edge.
 
-    No vertex is moved or added. The triangles cover what they covered, once, and are turned as before.
+    No vertex is moved or added. The triangles cover the same area as before, once, and keep their orientation.
 
     returns   (m, 3) triangles
     """

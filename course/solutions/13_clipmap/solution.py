@@ -102,8 +102,9 @@ def cut_block(steps, unit_log2):
     A square costs 2 T² + 14, with T = side / spacing. Of a square and its four parts, take the cheaper; the square, if
     they cost the same. A square of at most four segments is never cut.
 
-    steps      by (depth, x, y) log2 of the spacing of the x-th square in the y-th row, 8 >> depth units wide; None if
-               it cannot be one patch. Squares without anything to draw are missing. Units, of depth 3, have no None.
+    steps      dict: steps[depth, x, y] is log2 of the spacing of the x-th square in the y-th row of squares that are
+               8 >> depth units wide; None if the square cannot be one patch. Squares without anything to draw are
+               missing. A unit, of depth 3, is never None.
     unit_log2  log2 of the posts along a unit
     returns    (8, 8, 2) whole numbers, [row, column]: for each unit, log2 of the units a side of the square that it is
                in, and log2 of its spacing; (-1, 0) if there is nothing to draw
