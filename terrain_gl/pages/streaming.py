@@ -184,9 +184,7 @@ class Streaming:
         terrain.send()
         while True:
             selection = choose(camera)
-            patches = DrawnPatches(terrain, selection, camera)
-            patches.use()
-            wanted = self._keys(patches, goal)
+            patches, wanted = self._used(selection, camera, goal)
             missing = self._with_those_above(wanted)
             batch = missing[: terrain.make_room(len(missing))]
             if not batch:
@@ -224,14 +222,10 @@ class Streaming:
         if ahead is None:
             self._later = []
         elif self._is_complete:  # the mesh of the present view is chosen last, because it is the one that is drawn
-            patches = DrawnPatches(terrain, choose(ahead), ahead)
-            patches.use()
-            self._later = self._keys(patches, goal)
+            _, self._later = self._used(choose(ahead), ahead, goal)
         later = self._with_those_above(key for key in self._later if key not in terrain.slot_of)
         selection = choose(camera)
-        patches = DrawnPatches(terrain, selection, camera)
-        patches.use()
-        wanted = self._keys(patches, goal)
+        patches, wanted = self._used(selection, camera, goal)
         room = terrain.free + len(terrain.spare())
         now = list(dict.fromkeys([*self._with_those_above(wanted), *later]))[:room]
         self.loader.want(now)
@@ -252,9 +246,14 @@ class Streaming:
                 continue
             self._tables.put(key, sums)
 
-    def _keys(self, patches: DrawnPatches, goal: Goal) -> list[PageKey]:
-        """Pages that patches need, the most useful first."""
-        return [self.terrain.numbering.key(number) for number in patches.wanted(goal)[0].tolist()]
+    def _used(self, selection: Selection, camera: Camera, goal: Goal) -> tuple[DrawnPatches, list[PageKey]]:
+        """Mark the pages of a selection's patches as used; returns the patches, and the pages that they need.
+
+        The most useful page comes first.
+        """
+        patches = DrawnPatches(self.terrain, selection, camera)
+        patches.use()
+        return patches, [self.terrain.numbering.key(number) for number in patches.wanted(goal)[0].tolist()]
 
     def _with_those_above(self, wanted: Iterable[PageKey]) -> list[PageKey]:
         """The wanted pages that can be loaded. Before each page come the missing pages above it."""

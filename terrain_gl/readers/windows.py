@@ -159,10 +159,9 @@ class Sliced:
         self._source = source
         self._raster = raster
         self.shape = raster.shape[:2]
-        self.spacing_m = raster.spacing_m
+        self.spacing_m = raster.spacing_m or getattr(source, "spacing_m", None)
         self.georeference = raster.georeference
         self.notes = raster.notes
-        self.spacing_m = self.spacing_m or getattr(source, "spacing_m", None)
         self.assumes_spacing = self.spacing_m is None
 
     is_told = False

@@ -3,6 +3,7 @@
 import shlex
 import threading
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,4 @@ def suggested_path(heightmap: Heightmap) -> str:
     stem = Path(heightmap.name).stem or "terrain"
     is_window = heightmap.georeference is not None and has_rasterio()
     ending = ".npz" if heightmap.is_store and not is_window else ".tif"
-    number = 1
-    while Path(name := f"{stem}-edited-{number}{ending}").exists():
-        number += 1
-    return name
+    return next(name for i in count(1) if not Path(name := f"{stem}-edited-{i}{ending}").exists())

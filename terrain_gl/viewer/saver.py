@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -195,6 +196,14 @@ class Saver:
             if streaming:
                 streaming.waits = False
 
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Show an error in the window, and go on after the block."""
+        try:
+            yield
+        except (TerrainError, OSError) as error:
+            self._window.say(str(error))
+
     def _in_thread(self, write: Callable[..., None], path: Path, *what: Any) -> None:
         """Write a file in the thread, after all earlier files."""
         self.join()
@@ -203,14 +212,11 @@ class Saver:
 
     def _write_picture(self, path: Path, picture: np.ndarray, stats: list[dict[str, Any]]) -> None:
         """Write the picture, and the stats of its sides beside it."""
-        try:
-            numbers = path.with_suffix(".json")
+        numbers = path.with_suffix(".json")
+        with self._told():
             with replacing(numbers) as part:
                 part.write_text(json_text(stats if len(stats) > 1 else stats[0]), "utf-8")
                 write_png(path, picture)
-        except (TerrainError, OSError) as error:
-            self._window.say(str(error))
-        else:
             size = f"{picture.shape[1]} × {picture.shape[0]}"
             self._window.say(f"saved {path.absolute()}, {size}; its numbers: {numbers.name}")
 
@@ -239,11 +245,8 @@ class Saver:
             self._in_thread(self._write_mesh, free_path(renderer.heightmap.name, self.mesh_format), mesh, lacks)
 
     def _write_mesh(self, path: Path, mesh: Mesh, lacks: str) -> None:
-        try:
+        with self._told():
             write_mesh(path, mesh)
-        except (TerrainError, OSError) as error:
-            self._window.say(str(error))
-        else:
             unit = "mm" if path.suffix == ".stl" else "metres"
             self._window.say(f"saved {path.absolute()}: {len(mesh.faces):,} triangles in {unit}{lacks}")
 
@@ -275,13 +278,9 @@ class Saver:
         saved = free_path(name, "-path.json")
         if near_m := self.filming.near_m:
             spec = replace(spec, sides=tuple(replace(side, near_m=near_m) for side in spec.sides))
-        try:
+        with self._told():
             flight.save(str(saved))
-            recorder = Recorder(path, FPS)
-        except (TerrainError, OSError) as error:
-            self._window.say(str(error))
-            return
-        self.shot = Shot(path, self._film_steps(recorder, flight, spec), is_film=True)
+            self.shot = Shot(path, self._film_steps(Recorder(path, FPS), flight, spec), is_film=True)
 
     def _film_steps(self, recorder: Recorder, flight: CameraPath, spec: FrameSpec) -> Steps[None]:
         """Draw and record each view of a flight; the film is finished in a thread. Yields progress from 0 to 1."""
@@ -308,11 +307,8 @@ class Saver:
 
     def _finish_film(self, path: Path, recorder: Recorder) -> None:
         """Finish a film; the encoder may take a while."""
-        try:
+        with self._told():
             recorder.close()
-        except (TerrainError, OSError) as error:
-            self._window.say(str(error))
-        else:
             film = "" if path.suffix else ", a folder of pictures (pip install 'terrain-gl[video]' for films)"
             self._window.say(f"saved {path.absolute()}{film}: {recorder.frames} frames", MESSAGE_S)
 
@@ -334,11 +330,8 @@ class Saver:
         settings = self._scene.settings
         options = replace(settings.options, contour_m=spec.sides[settings.active].contour_m)
         options = replace(options, **of_store(options)) if self._scene.is_paged else options
-        try:
+        with self._told():
             line = self.line_of(self._scene.heightmap, spec.camera, spec.size, options)
-        except TerrainError as error:
-            self._window.say(str(error))
-        else:
             self.on_copy(line)
             self._window.say(f"copied: {line}", MESSAGE_S)
 
@@ -349,11 +342,8 @@ class Saver:
             self._window.say("a path needs two bookmarks or more: Ctrl 1 … 9 set them")
             return
         path = free_path(self._scene.heightmap.name, "-path.json")
-        try:
+        with self._told():
             CameraPath([Keyframe(pose.camera) for pose in poses]).save(str(path))
-        except (TerrainError, OSError) as error:
-            self._window.say(str(error))
-        else:
             name = shlex.quote(self._scene.opened.key or "MAP")
             film = f"terrain-gl fly {name} --path {path} -o flight{film_suffix()}"
             self._window.say(f"saved {path.absolute()}; to make a film of it: {film}", MESSAGE_S)
@@ -362,7 +352,4 @@ class Saver:
 def free_path(map_name: str, suffix: str = ".png") -> Path:
     """The first of name-001.png, name-002.png, ... that does not exist."""
     stem = Path(map_name).stem or "terrain"
-    number = 1
-    while (path := Path(f"{stem}-{number:03d}{suffix}")).exists():
-        number += 1
-    return path
+    return next(path for i in count(1) if not (path := Path(f"{stem}-{i:03d}{suffix}")).exists())
