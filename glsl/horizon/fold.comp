@@ -9,7 +9,7 @@
 // The shader runs once for each batch of azimuths.
 // Before the last run, the memory of the shares holds sums as floats.
 // Sums are rounded after every four azimuths, so that they do not depend on the size of a batch.
-// For comparison only, PRINTED 2 is A.5 without the cosine:
+// For comparison only, PRINTED 2 is equation A.5 as printed, without a cosine:
 // V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the horizontal.
 // Python twins: reference.skylit, reference.visible_shares
 

@@ -1,7 +1,7 @@
 // light/merged.glsl — means of the ground's lobes over any footprint (C.3), from summed-area tables:
 //   see light/lobes.glsl.
 //   Sums are bilinear between texels, so means are continuous in the footprint.
-//   A diagonal footprint is cut along its length into n boxes; its mean is the average of theirs:
+//   A diagonal footprint is cut along its length into n boxes; its mean is the average of the boxes' means:
 //
 //            ┌──┐            u, v: the sides of the pixel on the map. e is the longer half axis of the ellipse with
 //         ┌──┼──┘            covariance u uᵀ + v vᵀ. Each of the n pieces has the covariance

@@ -261,7 +261,7 @@ def capture(
     return written.value
 
 
-# draws without moderngl: it calls glUseProgram, which is an error while transform feedback is active
+# These draws bypass moderngl, which would call glUseProgram: an error while transform feedback is active.
 
 
 def _draw_indirect(

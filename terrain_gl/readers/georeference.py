@@ -83,7 +83,7 @@ class Georeference(NamedTuple):
         return self.grid.c + self.grid.a * cols / 2, self.grid.f + self.grid.e * rows / 2
 
     def straightened(self) -> Georeference:
-        """The same georeference without a turn that is only a rounding error: it moves no post by more than `EVEN`."""
+        """The same georeference, without a turn if it is only a rounding error: no post moves by more than `EVEN`."""
         grid = self.grid
         cols, rows = self.size
         if abs(grid.b) * rows <= EVEN * abs(grid.a) and abs(grid.d) * cols <= EVEN * abs(grid.e):

@@ -57,7 +57,7 @@ def _heights_m(z: np.ndarray, first: np.ndarray, camera: Camera, size: tuple[int
 
 
 def _places(levels: np.ndarray, z: np.ndarray, scale: float) -> np.ndarray:
-    """(n, 2) columns and rows on index lines, with one line and no ridge and no sky under the whole label."""
+    """(n, 2) columns and rows on index lines where a label covers only one line, and no ridge or sky."""
     half = np.maximum(1, np.rint(_HALF * scale / _STEP)).astype(int)
     row, col = np.nonzero(np.floor(levels[1:]) != np.floor(levels[:-1]))
     at = np.stack([col, row], -1)
