@@ -23,7 +23,7 @@ WORDS = {"precise": text_of, "without": lambda lines: text_of(lines).replace("pr
 
 
 def works(name, ctx):
-    """A renderer with shaders of one kind, compiled beforehand, and the work to time, by name."""
+    """A renderer with the shaders of `WORDS[name]`, already compiled; and the functions to time, by name."""
     shaders._text = WORDS[name]
     renderer = tg.Renderer(open_map("alpine")[0], SIZE, ctx=ctx)
     known = bundled()["alpine"]

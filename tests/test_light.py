@@ -68,7 +68,7 @@ def test_product_and_inner_product(ask):
 
 
 def test_a_physical_sun_keeps_its_digits(ask):
-    """A lobe of sharpness 92,000 times a wide one: plain float32 sums would have errors of several per cent."""
+    """The product of a lobe of sharpness 92,000 and a wide lobe: plain float32 sums would lose several per cent."""
     axes, sun = random_axes(50, 4), np.array([0, 0.6, 0.8])
     sharpness, wide = 92_438.0, 2.133
     call = "vec4(sg_inner_product(Lobe(a.xyz, a.w, vec3(1.0)), Lobe(b.xyz, b.w, vec3(1.0))).x)"

@@ -157,7 +157,7 @@ class Noting:
 
 
 def test_the_time_in_python_counts_python_and_not_opengl(ctx, work, monkeypatch):
-    """20 ms of Python in each frame are seen; as much work of the GPU is not."""
+    """20 ms of Python in each frame count as Python; the same time of GPU work does not."""
     with tg.Renderer(tg.Heightmap(rough(65, 65, 1, 100.0), 30.0), SIZE, ctx=ctx) as renderer:
         camera, select = tg.Camera.default(renderer.heightmap), renderer.select
         plain_ms = bench(renderer, 3, dense=False, camera=camera)["ms"]["python"]

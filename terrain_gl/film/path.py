@@ -187,8 +187,8 @@ class CameraPath:
 def _padded(values: np.ndarray, closed: bool, blend: spline.Blend) -> np.ndarray:
     """Values (n, k) and the neighbours that the curve needs beyond both ends.
 
-    On a closed path they come from the other end: one before, two after. On an open path, one at each end is
-    extrapolated.
+    On a closed path, the neighbours come from the other end: one before, two after. On an open path, one neighbour at
+    each end is extrapolated.
     """
     if closed:
         return np.concatenate([values[-1:], values, values[:2]])

@@ -237,7 +237,7 @@ def cheapest(weights: np.ndarray, side_log2: int, price: float) -> tuple[float, 
 
 
 def bracket(low: float, high: float, counts: np.ndarray, target: int) -> tuple[float, float]:
-    """log2 of the next lowest and highest price: the last one with too many triangles, and the first that fits."""
+    """log2 of the next lowest and highest price: the last price with too many triangles, and the first that fits."""
     k = int(np.argmax(counts <= target)) if (counts <= target).any() else len(counts) - 1
     prices = np.linspace(low, high, len(counts))
     return float(prices[max(k - 1, 0)]), float(prices[k])
