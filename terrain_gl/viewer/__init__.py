@@ -1,4 +1,4 @@
-"""The interactive window. It shows the cost of a picture, and its error.
+"""The interactive window. Beside each picture, it shows what the picture costs, and the picture's error.
 
 The modules from top to bottom. Each imports only from its own line and the lines below.
 

@@ -19,7 +19,7 @@ from .settings import Settings
 from .viewer import Viewer
 from .window_state import Size
 
-FAILED_WAIT_S = 0.25  # time until the next frame after one that failed
+FAILED_WAIT_S = 0.25  # seconds until the next frame, after a frame that failed
 ERROR_S = 15.0  # how long the window shows an error
 _Handler = TypeVar("_Handler", bound=Callable[..., Any])
 

@@ -49,7 +49,7 @@ def error_words(frame: FrameStats) -> str:
     if frame.is_preview:
         return "preview: nothing certified"
     bound = bound_words(frame.stats, ".3f")
-    if "complete" in frame.stats:  # the map is a store, whose truth is on a disk
+    if "complete" in frame.stats:  # of a store: its truth is on a disk, so no error is measured
         missing = len(frame.stats["tiles_missing"])
         return f"{bound}, " + (f"missing tiles: {missing:,}" if missing else "complete")
     achieved = "…" if frame.achieved_px is None else f"{frame.achieved_px:.3f} px"
@@ -71,7 +71,7 @@ def _title(ui: Widgets, name: str, value: str) -> None:
 def _paper(ui: Widgets) -> tuple[Any, float, float, float, float]:
     """A place for a graph: the draw list, left, top, width, height."""
     imgui = ui.imgui
-    width, height = imgui.get_content_region_avail()[0], 1.6 * ui.em  # low: all sections fit a window of 720 rows
+    width, height = imgui.get_content_region_avail()[0], 1.6 * ui.em  # low, so that all sections fit into 720 rows
     left, top = imgui.get_cursor_screen_pos()
     imgui.invisible_button(f"graph {top:.0f}", (width, height))
     paper = imgui.get_window_draw_list()

@@ -72,7 +72,7 @@ def _toggle_ruler(viewer: Viewer) -> None:
         viewer.sculpting.toggle()
     viewer.explainer.explanation = None
     if viewer.ruler.toggle():
-        viewer.settings.panel = True  # it shows the lengths
+        viewer.settings.panel = True  # the panel shows the lengths
         viewer.window.say("ruler: click on the land; a double click ends the line, Esc puts it away")
 
 

@@ -87,7 +87,7 @@ class Controller:
 
     @property
     def camera(self) -> Camera:
-        """The camera. At first it is the given one, to the last digit."""
+        """The camera. At first it is the given camera, to the last digit."""
         return replace(self.start if self.pose == Pose.of(self.start) else self.pose.camera, bend_per_m=self.bend_per_m)
 
     @property

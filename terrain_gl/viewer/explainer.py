@@ -95,7 +95,7 @@ class Explainer:
         triangles = min(max(drawn, least), COMPARED)
         left = before.otherwise(triangles=triangles, style="error", error_scale_px=SCALE_PX)
         width = max(1, self._window.size[0])
-        settings.split_at(0.5 + 0.5 * (self._window.panel_px / width if settings.panel else 0.0))  # of the free part
+        settings.split_at(0.5 + 0.5 * (self._window.panel_px / width if settings.panel else 0.0))  # beside the panel
         settings.sides = [left, left.otherwise(method=BASELINES[0] if left.method not in BASELINES else METHODS[0])]
         self._split_from = before, left
         self._window.say("as many triangles on both sides, and one scale of errors; drag the divider; T ends this")
@@ -108,7 +108,7 @@ class Explainer:
 
     @property
     def unsplit(self) -> RenderOptions:
-        """The left side's options. Options that only the split changed are as they were before it."""
+        """The left side's options. Options that only the split changed are as they were before the split."""
         now = self._settings.sides[0]
         if not self._settings.split or not self._split_from:
             return now

@@ -41,7 +41,7 @@ class FileDialog:
     folder
         The folder that the list shows; None while no list is open.
     entries
-        Its folders and maps; None while they are being read.
+        The folders and maps in that folder; None while they are being read.
     """
 
     def __init__(self, window: WindowState, on_choice: Callable[[str], None]) -> None:

@@ -70,5 +70,5 @@ def _thinned(views: list[tuple[float, Camera, Sun]]) -> Iterator[tuple[float, Ca
 
 
 def film_suffix() -> str:
-    """Ending of the name of a film; "" without the extra [video], which makes it a folder of pictures."""
+    """Ending of the name of a film; "" without the extra [video]: then the film is a folder of pictures."""
     return ".mp4" if importlib.util.find_spec("av") else ""

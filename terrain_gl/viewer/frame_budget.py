@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-HURRIED = 0.2  # share of the time that work gets while the picture moves
+HURRIED = 0.2  # share of `work_s` that long work gets while the picture moves
 CALM = 0.8  # a better picture has to fit this part of the time, so that pictures do not alternate
 
 

@@ -1,4 +1,4 @@
-"""Dear ImGui: takes events, builds the controls, and draws them with moderngl. Their content is in panels.py."""
+"""Dear ImGui: takes events, builds the controls, and draws them with moderngl. panels.py chooses the controls."""
 
 from collections.abc import Callable
 from typing import Any

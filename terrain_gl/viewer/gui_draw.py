@@ -1,7 +1,7 @@
 """Draws Dear ImGui's triangles with moderngl into any framebuffer.
 
-Each frame, ImGui gives lists of triangles, and a list of textures to create, update or destroy. This is its protocol
-"renderer has textures", since 1.92: a glyph is drawn into a texture when it is first needed.
+Each frame, ImGui gives lists of triangles, and a list of textures to create, update or destroy. This is the
+protocol "renderer has textures" of ImGui 1.92: a glyph is drawn into a texture when it is first needed.
 """
 
 import ctypes

@@ -1,4 +1,4 @@
-"""Sky and ground images. Each is read once, in a thread: the window does not wait, and errors become messages."""
+"""Sky and ground images. Each image is read once, in a thread: the window does not wait, and errors become messages."""
 
 import os
 import threading

@@ -111,7 +111,7 @@ class Lecture:
         self._show(self.number or 0, travels=False)
 
     def go(self, steps: int) -> None:
-        """Go `steps` stations forward; backward if it is negative."""
+        """Go `steps` stations forward; backward if `steps` is negative."""
         if self.number is not None:
             self._show(min(max(self.number + steps, 0), len(self.stations) - 1), travels=True)
 
@@ -156,7 +156,7 @@ class Lecture:
         self._scene.window.refresh()
 
     def _numbers(self) -> dict[str, str]:
-        """The numbers of the last full picture; unknown while another one is drawn."""
+        """The numbers of the last full picture; unknown while another picture is drawn."""
         columns, rows = self._painter.frame.posts
         every = 2 * (columns - 1) * (rows - 1)
         numbers = dict.fromkeys(_NAMES, UNKNOWN) | {"posts": f"{columns * rows:,}", "every": f"{every:,}"}

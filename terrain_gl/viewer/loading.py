@@ -28,7 +28,7 @@ from ..shade.picture import SUN
 from ..store import StoredMap, cache, is_store
 from .frame_budget import FrameBudget
 
-PREVIEW_POSTS = 193  # along the longer side of a preview
+PREVIEW_POSTS = 193  # posts along the longer side of a preview
 _READING = 0.3  # part of the progress bar for reading
 
 
@@ -165,7 +165,7 @@ class LoadJob:
 
     @property
     def is_making_store(self) -> bool:
-        """Whether the map's store is being made, which has its tables."""
+        """Whether the map's store is being made. A store includes the errors of all nodes."""
         return self.sample is not None and self.opened is None
 
     @property

@@ -44,7 +44,7 @@ class Mouse:
         self._pressed_at = (0.0, 0.0)
         self._clicked_at: tuple[float, float] | None = None  # a click that may become a double click
         self._waits_until_s: float | None = None
-        self._measured_at = (0.0, 0.0)  # the last click with the ruler
+        self._measured_at = (0.0, 0.0)  # the pixel of the last click with the ruler
 
     @property
     def waits(self) -> bool:

@@ -3,9 +3,10 @@
     from terrain_gl.viewer.notebook import View
     View("alpine")
 
-Without a live front end (in a script, or on a web page), a still picture is shown instead. It is an output of its own,
-because programs that make pages from notebooks show only the widget of an output with a widget. The extra `[notebook]`
-is needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and receives its events.
+Without a live front end (in a script, or on a web page), a still picture is shown instead. The picture is an output of
+its own, because programs that make pages from notebooks show only the widget of an output with a widget. The extra
+`[notebook]` is needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and receives its
+events.
 """
 
 import asyncio

@@ -32,9 +32,9 @@ from .scene import FrameSpec
 from .window_state import Size
 
 REST_S = 0.25  # the full picture is drawn after this time without a change
-RIPE_S = 10.0  # the full picture waits at most this long for light of a store's tiles: else it is drawn twice
+RIPE_S = 10.0  # longest wait for light of a store's tiles; a full picture before it would be drawn twice
 TOLD_S = 1.0  # seconds between two displays of the progress of light: drawing panels takes time, too
-MEASURED_POSTS = 256  # posts along the side of a block that is measured in one step
+MEASURED_POSTS = 256  # posts along the side of the square that is measured in one step
 
 
 class Painter:
@@ -74,9 +74,9 @@ class Painter:
         self.overlays: tuple[Overlay, ...] = ()
         self.labels: list[Label] = []
         self._asked: FrameSpec | None = None
-        self._kind: tuple[object, ...] = ()  # of the picture that was asked for: style and method of each side
+        self._kind: tuple[object, ...] = ()  # of the requested picture: style, method, contour lines of each side
         self._asked_s = self._drawn_s = self._told_s = float("-inf")
-        self._unripe_s: float | None = None  # time from which on tiles in the picture get light
+        self._unripe_s: float | None = None  # time since when tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
         self._measuring: Steps[list[Achieved]] | None = None
         self._unmeasured = False

@@ -263,7 +263,7 @@ class Panels:
         right = self._viewer.sums_frame[0] if side and self._settings.sums else end * size[0]
         left = begin * size[0] + (0.0 if side else self._taken(ui, size))
         width = max(right - left - 4 * MARGIN * ui.scale, 8 * ui.em)
-        if side and right - begin * size[0] < 10 * ui.em:  # the summed-area table takes its place
+        if side and right - begin * size[0] < 10 * ui.em:  # the summed-area table is there instead
             return
         painter = self._viewer.painter
         with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):

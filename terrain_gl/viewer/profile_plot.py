@@ -36,7 +36,7 @@ def show(ui: Widgets, measured: Profile | None) -> None:
 
 def ticks(low: float, high: float) -> list[float]:
     """A few round numbers from `low` to `high`."""
-    step = interval_m(low, low + (high - low) * 10)  # a tenth as many
+    step = interval_m(low, low + (high - low) * 10)  # at most 4 parts, a tenth of `contours.MOST`
     first = math.ceil(low / step - 1e-9)
     return [i * step for i in range(first, math.floor(high / step + 1e-9) + 1)]
 

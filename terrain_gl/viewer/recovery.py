@@ -51,7 +51,7 @@ class Recovery:
         return self._writer is not None and bool(self._writer.message) and not self._writer.done
 
     def write(self, heightmap: Heightmap, exaggeration: float, land: object) -> None:
-        """Begin to write this land in place of an earlier one, in a thread.
+        """Begin to write this land in place of earlier land, in a thread.
 
         Raises
         ------

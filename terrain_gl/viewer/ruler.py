@@ -88,14 +88,14 @@ class Ruler:
         self._ended = False
 
     def add(self, east_m: float, north_m: float) -> None:
-        """Set the next corner; after `end`, the first one of a new line."""
+        """Set the next corner; after `end`, the first corner of a new line."""
         if self._ended:
             self.clear()
         if (east_m, north_m) not in self.corners[-1:]:
             self.corners.append((east_m, north_m))
 
     def end(self) -> None:
-        """End the line; the next corner begins another one."""
+        """End the line; the next corner begins another line."""
         self._ended = len(self.corners) > 1
 
     def profile(self, heightmap: Heightmap, exaggeration: float = 1.0) -> Profile | None:

@@ -302,7 +302,7 @@ class Saver:
             raise
         finally:
             if flight.keyframes[0].sun:
-                self._painter.light.stop()  # the light is that of the last view
+                self._painter.light.stop()  # the light is that of the film's last view
         self._in_thread(self._finish_film, Path(recorder.path), recorder)
 
     def _finish_film(self, path: Path, recorder: Recorder) -> None:

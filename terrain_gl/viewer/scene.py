@@ -29,7 +29,7 @@ class FrameSpec:
     size: Size
     sides: tuple[RenderOptions, ...]
     divider: float
-    exaggeration: float = 1.0  # of the map: labels of contours give true heights
+    exaggeration: float = 1.0  # of the map; labels of contours must give true heights
 
     def part(self, side: int) -> tuple[float, float]:
         """Where a side begins and ends, from 0 at the left edge to 1."""

@@ -79,7 +79,7 @@ class Sculpting:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the land differs from the land in its file. It is equal again when all strokes since are undone."""
+        """Whether the land differs from the land in its file. Undoing all strokes since then makes it equal."""
         return self.tool is not None and (self.tool.land is not self._saved or bool(self.tool.due))
 
     def may_leave(self) -> bool:
@@ -192,7 +192,7 @@ class Sculpting:
             return
         try:
             self._budget.run(tool.dab_steps(), hurried=True)
-        except TerrainError as error:  # a tile of a store cannot be read, or its edits need too much memory
+        except TerrainError as error:  # a tile of a store cannot be read, or the store's edits need too much memory
             tool.due.clear()
             self._window.say(str(error), MESSAGE_S)
         self._edited(settled=False)

@@ -12,8 +12,8 @@ BUDGETS = (100, 10_000_000)  # fewest and most triangles
 UI_STEP = 2**0.25  # factor of one step of the sizes of type and panels
 UI_SCALES = (0.5, 4.0)
 COMPARED = 100_000  # most triangles on each side of a new split picture: few enough that errors are visible
-SCALE_PX = 20.0  # the error at the end of the colours on both sides
-LEAST_SIDE = 0.02  # of the width of a split picture
+SCALE_PX = 20.0  # the error at the end of the colour scale, on both sides of a new split picture
+LEAST_SIDE = 0.02  # least width of a side, relative to the split picture
 
 
 @dataclass
@@ -94,7 +94,7 @@ class Settings:
         """Multiply the tolerance by √2 for each step; a budget of triangles is divided instead."""
         least, most = TOLERANCES_PX
         if now_px := self.options.max_error_px:
-            looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # a step back undoes it
+            looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # so a step back undoes it
             self.change(max_error_px=min(max(looser, least), most))
         elif self.options.triangles:
             least, most = BUDGETS

@@ -41,7 +41,7 @@ def show(
         `overlay.read_overlay`.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
-        coordinates, is placed by them. For a path, also arguments of `Heightmap.open`, such as `nodata`.
+        coordinates, is placed by its coordinates. For a path, also arguments of `Heightmap.open`, such as `nodata`.
 
     Returns
     -------

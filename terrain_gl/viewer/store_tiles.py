@@ -32,7 +32,7 @@ class StoreTiles:
         if renderer.streaming.has_news:
             self._painter.forget()
         elif self.lacks_light and not self._painter.light.is_due(self._scene.frame_spec().lit_look):
-            self._painter.light.stop()  # it begins anew, with the tiles that have come
+            self._painter.light.stop()  # the light begins anew, with the tiles that have come
 
     @property
     def lacks_light(self) -> bool:

@@ -99,7 +99,7 @@ class Viewer:
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self.lecture: Lecture | None = None
-        self.states: dict[int, dict[str, Any]] = {}  # of bookmarks, by number
+        self.states: dict[int, dict[str, Any]] = {}  # states of bookmarks, by number
         self.lost: list[Path] = []  # recovery files of windows that the user did not close
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
@@ -154,7 +154,7 @@ class Viewer:
             before.release()
         if not replaces_preview:
             self._enter(opened)
-        elif opened is not scene.opened:  # it was a sample, and this is the map
+        elif opened is not scene.opened:  # a sample was shown, and this is its map
             self.loader.map_shown(opened)
             scene.go_on(opened, scene.exaggeration)
         if opened.note and not is_preview:

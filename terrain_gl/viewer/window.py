@@ -47,7 +47,7 @@ def run(
     Parameters
     ----------
     source
-        The map, or a function that reads it (`viewer.Opener`). It runs in a thread while the window opens.
+        The map, or a function that reads it (`viewer.Opener`). The function runs in a thread while the window opens.
     camera
         The first view; by default the last view of this map in an earlier run, or the map's own view.
     size
