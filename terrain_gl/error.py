@@ -122,7 +122,7 @@ class ErrorTables:
             self._update_tables(j, posts)
 
     def beside(self, terrain: Terrain) -> ErrorTables:
-        """Empty tables for another terrain of the same size. Build them, then exchange them by `take`."""
+        """Empty tables for another terrain. Build them; if both terrains have one size, `take` can exchange them."""
         other = copy(self)
         other.terrain = terrain
         other._reserve()

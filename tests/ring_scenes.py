@@ -26,7 +26,7 @@ def change_shaders(monkeypatch, old, new):
 
 
 VERTEX = np.dtype([("post", "2f4"), ("height_m", "f4")])
-_draws = MeshDraws("CAPTURE", varyings=("v_vertex",))  # as `captured_triangles`, but compiled once a scene
+_draws = MeshDraws("CAPTURE", varyings=("v_vertex",))  # one program per scene
 _pictures = MeshDraws("PICTURE", varyings=("v_post", "v_of_patch"))
 
 

@@ -114,7 +114,7 @@ def test_errors_at_the_posts_alone_do_not_bound_the_surface(name):
 
 @pytest.mark.parametrize("name", ["33x33", "smooth", "cliff"])
 def test_errors_of_quads_are_reached(name):
-    """At some sample, the error is the table's, less what a parabola loses from its top to the sample beside it.
+    """At some sample, the error is nearly the table's: along a diagonal, the largest error may lie between two samples.
 
     Nodes at the rim are left out.
     """

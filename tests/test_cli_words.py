@@ -143,7 +143,7 @@ for words in json.loads(sys.argv[1]):
 
 @pytest.mark.parametrize("kind", ["pipe", "/dev/zero", "folder"])
 def test_only_files_are_read(dem, kind):
-    """In one process of its own, which may be ended if it waits for a pipe."""
+    """All commands run in one other process, which is ended if it waits for a pipe."""
     os.mkfifo("pipe")
     os.mkdir("folder")
     drawing = [("fly", "--path"), ("shot", "--material"), ("shot", "--sky")]

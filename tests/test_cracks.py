@@ -1,4 +1,4 @@
-"""The style "cracks": patches that do not agree on edges. What it counts and draws, and that it certifies nothing."""
+"""The style "cracks", which draws patches that do not agree on edges: its counts, its pictures, and no certificate."""
 
 import numpy as np
 import pytest

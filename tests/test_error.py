@@ -116,7 +116,7 @@ def check_wedges(terrain, tables):
 
 
 def check_cut_edges(terrain, tables):
-    """Never below the reference, and close above it."""
+    """Check that errors with cut edges are at least those of the reference, and little above them."""
     void = np.isnan(terrain.heightmap.heights)
     for level in range(1, len(terrain.levels)):
         table = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)

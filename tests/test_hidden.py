@@ -110,7 +110,7 @@ def test_measuring_knows_hidden_land_from_a_hole(valley, monkeypatch):
 
 
 def test_the_surface_as_drawn_hides_not_the_truth(ctx, monkeypatch):
-    """A wall that the tolerance lets vanish hides nothing, though the true wall would."""
+    """A true wall would hide the land behind it; if the drawn surface leaves it out, it hides nothing."""
     heights = np.zeros((129, 129), "f4")
     heights[73:80] = 20.0  # no row of the lattice of eight posts
     camera = tg.Camera((640.0, 60.0, 12.0), (640.0, 640.0, 12.0), 50.0)

@@ -32,7 +32,7 @@ def heightmap(folder):
 def picture(name, box, crs=UTM, pixels=160, alpha=None, **more):
     """Write a picture of the land from (west, south) to (east, north), in metres from the map's corner.
 
-    Green, but red in the north-eastern quarter of the map, whatever part of it the picture shows.
+    The north-eastern quarter of the map is red, the rest is green. A picture of a part of the map shows its colours.
     """
     west, south, east, north = WEST + box[0], NORTH - SPAN + box[1], WEST + box[2], NORTH - SPAN + box[3]
     if crs != UTM:

@@ -53,7 +53,7 @@ class Browser:
         assert self.view._output_context.outputs == (), self.view._output_context.outputs
 
     async def watch(self, seconds):
-        """Look at frames for a while; how many came."""
+        """Receive frames for so many seconds as a browser does; returns their number."""
         before = self.view._rfb_frame_index
         end = time.monotonic() + seconds
         while time.monotonic() < end:

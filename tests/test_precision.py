@@ -15,7 +15,7 @@ from terrain_gl.verify.holes import count_holes
 
 DRAWN = np.dtype([("post", "2f4"), ("clip", "4f4")])
 VARYINGS = ("v_post", "gl_Position")
-ROUNDED = MeshDraws("PICTURE", varyings=VARYINGS)  # compiled once a scene
+ROUNDED = MeshDraws("PICTURE", varyings=VARYINGS)  # compiled once for each scene
 AS_COMPUTED = MeshDraws("PICTURE", {"AS_COMPUTED": 1}, varyings=VARYINGS)
 
 

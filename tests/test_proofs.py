@@ -23,7 +23,7 @@ needs_gappa = pytest.mark.skipif(not shutil.which("gappa"), reason="Gappa is not
 
 
 def within(found, bound):
-    """The goal that a number is as far from the exact one as `bound` at most."""
+    """The goal, in Gappa's language, that a number is at most `bound` from the exact one."""
     return f"{found.held} - {found.exact} in [{constant(-bound)},{constant(bound)}]"
 
 
@@ -205,7 +205,10 @@ def quad_roundings(text, reciprocal):
 
 
 def wedge_roundings(text, reciprocal, after):
-    """The same of a wedge with its edge whole and split; before the middle is 1 post, behind it are `after`."""
+    """Bounds of the errors of a wedge, with its edge whole and split.
+
+    On its edge are 1 post before the middle and `after` posts behind it. A reciprocal of 0 units is exact.
+    """
     text = text.replace("[axis]", "")
     if not reciprocal:  # all weights are exact, and a factor of a power of two rounds nothing
         for old, new in {
@@ -263,9 +266,9 @@ def kink_roundings(text, reciprocal):
 
 
 def twist_roundings(text):
-    """Of a quarter of a cell's twist t.
+    """Bounds of the error of t/4, where t is a cell's twist.
 
-    Its own rounding counts for the error, as |t| is at most 8 times the cell's largest error where it is added. Before
+    The last rounding counts for the error, as |t| is at most 8 times the cell's largest error where it is added. Before
     that, posts are off the node's corner by at most its largest height and the error. They may be high above the map's
     base, which must cancel at once.
     """
@@ -353,8 +356,9 @@ def crest_is_proved(text, units):
     """The top of a parabola is off by so many units of the largest error, which is between 1/2 and 1.
 
     Both ends and the top are at most that. The top lies between the ends only if t > |a - b|, so the last summand,
-    |a - b|^2 / 4t, is at most |a - b| / 4. If |a - b| or t is below 2^-40, that is nothing. If rounding decides the
-    comparison wrongly, the top is above the larger end by (t - |a - b|)^2 / 4t, which is nothing, too.
+    |a - b|^2 / 4t, is at most |a - b| / 4. If |a - b| or t is below 2^-40, this summand is too small to count. If
+    rounding decides the comparison wrongly, the top is above the larger end by (t - |a - b|)^2 / 4t, which is too small
+    to count as well.
     """
     numbers, differences = Gappa(quotient=QUOTIENT), []
     a, b, t = numbers.float_(-1, 1), numbers.float_(-1, 1), numbers.float_(2.0**-40, 8)
@@ -378,7 +382,7 @@ def test_the_crest_of_a_cell_is_the_top_of_its_parabola():
 
 @needs_gappa
 def test_the_crest_of_a_cell_is_as_close_as_errors_are_raised_for():
-    """Its roundings, and those of its ends and its twist, are below what raised() adds: see `rounding_suffices`."""
+    """crest_m() is off by at most `CREST` units, and raised() adds more than all roundings: see `rounding_suffices`."""
     text = source("error/worst.glsl")
     assert crest_is_proved(text, CREST)
     worse = text.replace("0.5 * (a + b) + 0.25 * t", "(0.5 * (a + b) + 64.0 * t) - 63.75 * t")

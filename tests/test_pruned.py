@@ -60,7 +60,10 @@ def trees(level, row, col):
 
 
 def leaf_square(heights, camera, size, level, row, col):
-    """Squared screen error of a leaf's posts, for the better diagonal; the last row and column belong to others."""
+    """Squared screen error of a leaf's posts, for the better diagonal.
+
+    The posts of its last row and column belong to the leaves beside it, unless the map ends there.
+    """
     rows, cols = heights.shape
     side, last = 1 << level, np.array(heights.shape) - 1
     sums = [0.0, 0.0]

@@ -406,9 +406,9 @@ def test_agreeing_ends_alike_however_many_rounds_are_dispatched_at_once(ctx, sce
 
 
 def used(scene, camera, triangles, **more):
-    """Triangles drawn with a budget: never more than it, and nearly as many unless the picture needs fewer.
+    """Check that a budget draws at most so many triangles, and nearly as many unless the picture needs fewer.
 
-    The price of one node may split all nodes above it too: three more leaves a level, all at one price.
+    At the price at which one node splits, all nodes above it may split too: three more leaves on each level.
     """
     selection = scene.select(camera, triangles=triangles, **more)
     way = 6 * scene.terrain.top_level

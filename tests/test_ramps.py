@@ -73,7 +73,7 @@ def test_values_are_placed_and_gaps_are_not_covered(placed):
 
 
 def test_voids_of_values_are_those_of_maps(placed):
-    """A value that the file does not declare, a mask, an alpha band; and the scale of the band."""
+    """Voids may be marked by a value that the file does not declare, a mask or an alpha band; a band may be scaled."""
     rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
     expected = read_values("change.tif", placed.georeference)
     with rasterio.open("change.tif") as data:

@@ -63,7 +63,7 @@ def frames_of(output):
 
 @contextmanager
 def disk_of(limit):
-    """A disk that is full after so many bytes of one file: a limit on file size imitates it."""
+    """Imitate a full disk: no file may grow beyond `limit` bytes."""
     resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -64,7 +64,7 @@ def test_rings_have_no_more_blocks_than_the_map(ctx):
 
 
 def class_levels(scene):
-    """The GPU's counters as the reference reads them."""
+    """The GPU's counters, in the form of the reference's tables."""
     words, levels = np.frombuffer(scene.tables.counters.read(), "u4"), []
     limits_m = reference.class_limits(scene.terrain.span_m, scene.heightmap.spacing_m)
     for level in scene.terrain.levels:

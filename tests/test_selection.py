@@ -23,7 +23,7 @@ def scene(request, session_context):
         scene.release()
 
 
-TABLES = {}  # read once a scene
+TABLES = {}  # read once for each scene
 
 
 def gpu_tables(scene):

@@ -120,7 +120,7 @@ def test_the_wheel_in_the_sky_goes_on(controller):
 
 @pytest.mark.parametrize("to", [(0.3, -0.2), (-0.1, 0.05), (0.0, -0.35)])
 def test_a_middle_drag_takes_the_land_along(controller, to):
-    """Level, and the place stays under the cursor."""
+    """The eye keeps its height, and the place that was grabbed stays under the cursor."""
     controller.grab(0.05, -0.1)
     place, height = controller.pivot, controller.eye[2]
     controller.pan(*to)

@@ -8,7 +8,7 @@ from terrain_gl.viewer.frame_budget import COARSEST, FULL, WAYS, FrameBudget
 
 
 def flown(budget, full_ms, frames=6):
-    """Ways of frames in motion over land whose full picture takes `full_ms`."""
+    """The ways in which the first frames of a motion are drawn, over land whose full picture takes `full_ms`."""
     ways = []
     for _ in range(frames):
         ways.append(budget.way)
