@@ -192,5 +192,5 @@ def _tell_what_is_left(recorder: Recorder) -> None:
 
 
 def _has_parts(output: str) -> bool:
-    """Whether a film is written in parts. Only .mp4 is; films of other formats are short."""
+    """Whether a film is written in parts. Only an .mp4 is; films of other formats are short."""
     return output.lower().endswith(".mp4")

@@ -13,7 +13,7 @@ from . import options, overlays, report, stores, values
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
-REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # kept from the last run
+REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # without defaults here, for the window
 
 
 def add(commands: Any) -> None:
@@ -24,8 +24,9 @@ def add(commands: Any) -> None:
         "view",
         run,
         help="fly over a map in a window",
-        description=f"Fly over a map in a window; without MAP, over {first}. The key H shows all keys. Options that are"
-        " not given keep the values of the last window; --json writes the stats of the last frame.",
+        description=f"Fly over a map in a window; without MAP, over {first}. The key H shows all keys. A tolerance,"
+        " metric, method, style or size that is not given is that of the last window; --json writes the stats of the"
+        " last frame.",
         example="view canyon --max-error 2",
     )
     options.add_map(command, optional=True)

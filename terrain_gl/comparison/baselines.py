@@ -1,7 +1,7 @@
 """The baselines: methods that we compare our own with.
 
 A baseline has parameters that trade triangles for accuracy. It certifies no error; its achieved error is measured like
-that of every method. `fitting` finds the best parameters for a number of triangles.
+that of every method. `curves.detail_of` finds the best parameters for a number of triangles.
 """
 
 from collections.abc import Callable

@@ -242,7 +242,7 @@ class Clipmap:
     def candidates(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
     ) -> list[Rings]:
-        """Rings with about `triangles` triangles in the picture: few levels of wide rings or more of narrow rings.
+        """Rings with about `triangles` triangles in the picture: few wide rings, or more and narrower rings.
 
         With `between`, also levels below 0, which have vertices between posts.
 

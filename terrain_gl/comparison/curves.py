@@ -142,7 +142,8 @@ def fewest(
 def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> tuple[slice, slice]:
     """Rows and columns of the part of the map whose blocks have posts in the picture; the rest would only cost time.
 
-    Blocks are nodes of the whole map's quadtree. Larger nodes are never leaves of a pruned tree.
+    Blocks are nodes of the whole map's quadtree. So leaves up to this size are the same as in the whole map; larger
+    leaves may differ.
     """
     seen = []
     for row in range(0, heightmap.rows, _BLOCK):

@@ -1,4 +1,4 @@
-"""Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view, to compare our meshes with.
+"""Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view: a comparison for our meshes.
 
 No error table has these errors, because they depend on the view. On the other hand, a leaf here is always two
 triangles, and only posts are measured. Our meshes also have fans, cut edges, and vertices between posts. So our meshes

@@ -119,7 +119,7 @@ class Pyramid:
             resource.release()
 
 
-# g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim pairs of taps move inwards.
+# g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim, the distances 1 and 2 shrink.
 
 
 def halve(heights: np.ndarray) -> np.ndarray:

@@ -85,7 +85,7 @@ def read_values(path: str, onto: Georeference | None = None, most_side: int = MO
     Raises
     ------
     TerrainError
-        Not a readable raster of one band, or without any value; or it lies off the map.
+        The file is not a readable raster of one band, or it has no values; or the raster lies off the map.
     """
     name = check_input(path, "name a raster")
     sums = None

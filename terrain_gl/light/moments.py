@@ -14,7 +14,7 @@ Direction = tuple[float, float]
 def sector_moments(
     axes: np.ndarray, sharpness: np.ndarray, directions: list[Direction], spacing_m: tuple[float, float]
 ) -> np.ndarray:
-    """Moments of the lobes over the part of each sector of azimuth above a horizon: M of glsl/horizon/fold.comp.
+    """Moments of the lobes in each sector of azimuths, over directions above a horizon: M of glsl/horizon/fold.comp.
 
     Returns
     -------

@@ -70,7 +70,7 @@ class Values(NamedTuple):
 
 
 def path_of(ground: str | Values) -> str:
-    """The file of a picture of the ground, or of values on it."""
+    """The file of a picture of the ground, or of values on the ground."""
     return ground.path if isinstance(ground, Values) else ground
 
 

@@ -37,7 +37,7 @@ class Filming:
         self.near_m = None
 
     def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
-        """Store the view of a frame. If the time is not later than that of the last view, it replaces the last view."""
+        """Store the view of a frame. If the time is not later than that of the last view, this view replaces it."""
         if self._views is None:
             return
         if self._views and now_s <= self._views[-1][0]:

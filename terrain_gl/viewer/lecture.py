@@ -37,7 +37,7 @@ class Station:
     state
         The state of the window: see `state.apply`.
     click
-        The place whose patch is explained, as shares of the window from the upper left; None for none.
+        The place whose patch is explained, as shares of the window from the upper left; None for no place.
     """
 
     name: str

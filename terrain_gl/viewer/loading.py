@@ -128,8 +128,8 @@ class LoadJob:
     name
         The map's name in messages.
     opener
-        Reads the map, in a thread. It gets a function, and calls it with its progress, from 0 to 1. If that function
-        raises an exception, reading ends.
+        Reads the map, in a thread. The opener gets a function, and calls this function with the progress, 0 to
+        1. If the function raises an exception, reading ends.
 
     Attributes
     ----------

@@ -46,7 +46,7 @@ def lines_on_land(
 
 
 def sums_frame(heightmap: Heightmap, size: Size, scale: float) -> Frame:
-    """Where the summed-area table is shown."""
+    """The frame in which the summed-area table is shown."""
     side = 0.38 * min(size)
     width, height = (max(1, round(side * n / max(heightmap.heights.shape))) for n in (heightmap.cols, heightmap.rows))
     margin = round(10 * scale)

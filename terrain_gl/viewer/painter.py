@@ -32,7 +32,7 @@ from .scene import FrameSpec
 from .window_state import Size
 
 REST_S = 0.25  # the full picture is drawn after this time without a change
-RIPE_S = 10.0  # longest wait for light of a store's tiles; a full picture before it would be drawn twice
+RIPE_S = 10.0  # longest wait for light of a store's tiles; without it, the full picture would be drawn twice
 TOLD_S = 1.0  # seconds between two displays of the progress of light: drawing panels takes time, too
 MEASURED_POSTS = 256  # posts along the side of the square that is measured in one step
 

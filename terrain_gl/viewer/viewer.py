@@ -418,7 +418,7 @@ class Viewer:
 
     @property
     def sums_frame(self) -> Frame:
-        """Where the summed-area table is shown."""
+        """The frame in which the summed-area table is shown."""
         return sums_frame(self.scene.heightmap, self.window.size, self.window.scale)
 
     @property
