@@ -91,7 +91,7 @@ class Case:
         return self.known[key]
 
     def full(self):
-        """Triangles of every post in the picture."""
+        """The number of triangles of a mesh with every post in the picture."""
         return self.know("full", lambda: self.renderer.draw(self.camera, method="full")["triangles"])
 
     def achieved(self, method, triangles):

@@ -110,7 +110,10 @@ class Land(PostsOnDemand):
         return bound_m
 
     def range_m(self, level: int, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of the heights in each such cell: each wave is near its value in the middle, or at its amplitude."""
+        """Bounds of the heights in each cell of `error_m`.
+
+        A wave is at most its amplitude, and not far from its value in the cell's middle.
+        """
         n = 1 << level
         x, y = self._middles(n, rows, cols)
         low, high = np.full((2, len(rows), len(cols)), 1e-3) * [[[-1]], [[1]]]
@@ -172,7 +175,7 @@ class Endless(PagedMap):
         return self.land.at(row[:, None], col)
 
     def _errors(self, level: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """The words of records that bounds read: halves for the largest error and the root mean square, rounded up."""
+        """A word of each node's record: its error as a half float, rounded up, for both the largest and the mean."""
         unit_m = quantisation_range(*self.quantised_m)[2] * 2.0**-14
         error = np.maximum(self.land.error_m(level, rows, cols) / unit_m, 2.0**-14)
         half = error.astype(np.float16)

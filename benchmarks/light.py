@@ -53,7 +53,7 @@ SUN = (300.0, 30.0)
 FOOTPRINTS = {1000: 28, 30: 20, 1: 12}  # posts under a pixel, and places that the truth lights for it along a side
 LARGEST = 2049  # posts a side of the shaded part of a map
 PIECE = 65  # posts a side of a piece for ray marching
-EVERY = (1, 2, 3, 4)  # the sky is swept over every such post
+EVERY = (1, 2, 3, 4)  # the sky is swept over every post, every second, every third, every fourth
 SQUARE = 12  # cells a side of squares whose means are compared, too
 LOBES_FROM = (1.2, 1.5, 2.0, 3.0, 4.5, 6.0, 1e6)  # posts across a footprint
 SIDES = (512, 1024, 2048, 4096)
@@ -112,7 +112,7 @@ def visibility(kept: Kept) -> None:
 
 
 def visibility_of(heightmap):
-    """The mean slope; then errors: two of the sun; of the sky by cell and in squares, for each of `EVERY`."""
+    """A row of the table: the mean slope, the sun's error at two heights, two errors of the sky for each of `EVERY`."""
     h, spacing = heightmap.heights, heightmap.spacing_m
     terrain = Terrain(create_context(), heightmap)
     sun = SunVisibility(terrain)
@@ -237,7 +237,7 @@ class Entering(Lighting):
 
 
 def steps(kept: Kept) -> None:
-    """RMSE of our shading, and of each step towards the printed one."""
+    """RMSE of our shading, and after each step towards the shading as Li et al. printed it (docs/light.md)."""
     print("| map | posts a pixel | ours |" + "".join(f" step {i} |" for i in range(1, PRINTED + 1)))
     print("|---" * (3 + PRINTED) + "|")
     for name, posts in itertools.product(bundled(), (30, 3, 1)):

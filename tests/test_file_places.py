@@ -136,7 +136,7 @@ def test_control_points_off_a_grid_ask_for_gdalwarp(tmp_path, count):
 
 @pytest.mark.parametrize("turn", [1e-15, 1e-9, 2e-5])
 def test_a_turn_by_rounding_errors_is_none(tmp_path, turn):
-    """The turn's terms times the number of posts are less than a thousandth of a post."""
+    """Over the whole map, the turn moves posts by less than a thousandth of their distance."""
     raster(tmp_path / "a.tif", grid=(30, 30 * turn, 5e5, -30 * turn, -30, 5.1e6))
     terrain = Heightmap.open(tmp_path / "a.tif")
     grid = terrain.georeference.grid

@@ -274,7 +274,7 @@ def test_split_edges_are_those_with_finer_neighbours_and_those_that_both_sides_c
     selection = scene.select(cameras(scene.heightmap)[view], 0.5, cull=False)
     levels = np.pad(leaf_levels(scene, selection), 1, constant_values=99)
     p = patches_of(scene, selection)
-    of_nodes = np.flatnonzero(p.fan & (p.step > 0))  # a cell that is cut has whole edges
+    of_nodes = np.flatnonzero(p.fan & (p.step > 0))  # without fans of single cells: all their edges are whole
     fans = {(p.col[i], p.row[i], 2 * p.step[i]): p.edges[i] for i in of_nodes}
     agreed = 0
     last = np.array([scene.heightmap.cols, scene.heightmap.rows]) - 1

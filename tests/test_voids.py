@@ -38,7 +38,7 @@ def test_a_fill_is_as_smooth_as_a_membrane():
 
 
 def test_a_fill_has_no_steps():
-    """Neighbours in the fill differ little more than on the land around; a fill of blocks would have large steps."""
+    """Neighbours in a fill differ at most three times as much as on the land; blocks would have larger steps."""
     y, x = np.mgrid[:128, :128].astype("f4")
     plane = 3 * x - 2 * y
     heights = plane.copy()
