@@ -28,7 +28,7 @@ layout(std140, binding = 1) uniform View {
     float u_bend_per_m;             // 1 / 2R; 0 if the ground is flat
     float u_sag_m;                  // (s_x² + s_y²) / 8R
     vec2 u_bulge_m;                 // s_x² / 2R, s_y² / 2R
-    ivec4 u_piece_px;               // xy: size of the piece that is drawn now, in drawn pixels
+    ivec4 u_piece_px;               // xy: size of the piece that is drawn now, in drawn pixels; zw: of its viewport
 };
 
 #define METRIC_MAX 0

@@ -12,17 +12,17 @@ out vec2 v_post;         // column and row on the map
 out vec3 v_from_eye_m;   // east, north, up
 flat out uvec4 v_of_patch;
 
+// From clip coordinates of the piece to those of the viewport, which has a margin around the piece.
 // Rasterisers round vertices to 1/256 of a pixel, but some compute depth from the unrounded vertices. Then a triangle
 // that is seen edge-on may get a depth far outside the depths of its corners, even below 0, and its sample is lost. So
 // we round vertices here already.
-#ifdef AS_COMPUTED
-#define on_subpixel(clip) (clip)
-#else
-vec4 on_subpixel(vec4 clip) {
-    if (clip.w <= 0.0) return clip;
-    return vec4(round(clip.xy / clip.w * 128.0 * u_piece_px.xy) / 128.0 / u_piece_px.xy * clip.w, clip.zw);
-}
+vec4 in_viewport(vec4 clip) {
+    vec2 at = clip.xy * u_piece_px.xy;
+#ifndef AS_COMPUTED
+    if (clip.w > 0.0) at = round(clip.xy / clip.w * 128.0 * u_piece_px.xy) / 128.0 * clip.w;
 #endif
+    return vec4(at / u_piece_px.zw, clip.zw);
+}
 
 // A vertex between posts: `between` is the way from its post, east and south, as fractions of a cell.
 void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
@@ -30,7 +30,7 @@ void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     vec2 at_m = post_from_eye_m(post) + vec2(between.x, -between.y) * u_spacing_m;
     v_from_eye_m = vec3(at_m, up_from_eye_m(h_m) - drop_between_m(at_m, between));
     v_of_patch = words_of(p);
-    gl_Position = on_subpixel(u_clip_from_eye * vec4(v_from_eye_m, 1.0));
+    gl_Position = in_viewport(u_clip_from_eye * vec4(v_from_eye_m, 1.0));
 }
 
 #else

@@ -6,7 +6,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..gpu import layout
+from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..terrain import Terrain
 from .camera import Camera, clip_from_eye
@@ -23,6 +23,11 @@ class ViewBlock:
     ----------
     reach_m
         Metres from the eye to the corners of the near plane.
+    viewport
+        OpenGL's viewport for the mesh of the current piece: left, bottom, width, height in drawn pixels. It has a
+        margin around the piece (`margin_px`), because Mesa's software renderer cuts triangles at the viewport's rim.
+        The corners that this makes are not multiples of 1/256 of a pixel, so a sample between two slivers may be
+        lost. A cut in the margin is far from the picture.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -30,6 +35,8 @@ class ViewBlock:
         self._values: dict[str, Any] = {}  # the block's fields, by name
         self._clip_from_eye: list[list[float]] = []  # projection of the whole picture, row by row
         self._piece: Piece | None = None  # the piece whose view the buffer holds
+        self._largest_px = gl.limits(ctx)["viewport_size"]
+        self.viewport = (0, 0, 0, 0)
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are the fields tolerance_px, metric and cull."""
@@ -86,7 +93,10 @@ class ViewBlock:
         columns = zip(x, y, z, w, strict=True)
         values["clip_from_eye"] = [v for a, b, c, d in columns for v in (wide * a + right * d, high * b + up * d, c, d)]
         values["size_px"] = piece.picture[0] * fine, piece.picture[1] * fine
-        values["piece_px"] = (*piece.drawn_size, 0, 0)
+        width, height = piece.drawn_size
+        left, bottom = margin_px(width, self._largest_px), margin_px(height, self._largest_px)
+        self.viewport = -left, -bottom, width + 2 * left, height + 2 * bottom
+        values["piece_px"] = (width, height, *self.viewport[2:])
         values["first_px"] = piece.corner[0] * fine, piece.corner[1] * fine
         self.block.write(np.array(tuple(values[name] for name in _FIELDS), layout.VIEW))
         self._piece = piece
@@ -98,6 +108,11 @@ class ViewBlock:
     def release(self) -> None:
         """Release GPU resources."""
         self.block.release()
+
+
+def margin_px(side: int, largest_px: int) -> int:
+    """Margin of a viewport on either side of a piece: as wide as the piece, if the driver's largest viewport allows."""
+    return min(side, (largest_px - side) // 2)
 
 
 def _post(at: float) -> int:

@@ -199,6 +199,7 @@ class Picture:
         sides = moderngl.NOTHING if self._may_show_underside(look, selection) else moderngl.CULL_FACE
         target.use()
         target.clear(depth=0.0)  # infinitely far away: the sky
+        target.viewport = self.view.viewport
         for first in range(0, selection.draws, commands):
             self.tables.bind()
             gl.clip_control_zero_to_one(self.ctx)  # without it, distant depths are less precise, but still in order
