@@ -1,9 +1,10 @@
 """Measurements that need a GPU, in about ten minutes; they are written to docs/gpu.md.
 
-They are: both certified methods at 1080p and 4k (`lod`, `draw`, `shade`), summed-area and error tables of 4096² posts,
-a dab of the brush, the difference of the golden pictures from those of this machine, and the checks of the drivers: the
-self-test, certificates of random views, and tests of the stages. The script also runs with software OpenGL: `--small`
-takes pictures of 320 × 180, a map of 513² posts, and few checks; that is 105 s on two busy cores.
+They are: both certified methods at 1080p and 4k (`lod`, `draw`, `shade`), the same arithmetic in a compute and in a
+fragment shader, summed-area and error tables of 4096² posts, a dab of the brush, the difference of the golden pictures
+from those of this machine, and the checks of the drivers: the self-test, certificates of random views, and tests of the
+stages. The script also runs with software OpenGL: `--small` takes pictures of 320 × 180, a map of 513² posts, and few
+checks; that is 105 s on two busy cores.
 
 Run: python benchmarks/gpu.py [--small] [-o docs/gpu.md]
 """
@@ -20,6 +21,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import moderngl
 import numpy as np
 
 import terrain_gl as tg
@@ -36,14 +38,14 @@ GOLDEN = ROOT / "tests" / "golden"
 STAGES = ["selftest", "sat", "few_cells", "mesh", "precision", "rings_tables", "rings_twins"]
 
 
-def milliseconds(work: Callable[[], object], renderer: tg.Renderer, runs: int = FRAMES) -> float:
+def milliseconds(work: Callable[[], object], ctx: moderngl.Context, runs: int = FRAMES) -> float:
     """Median time of several runs; each waits for the GPU."""
     times = []
     for _ in range(runs):
-        renderer.ctx.finish()
+        ctx.finish()
         started = time.perf_counter()
         work()
-        renderer.ctx.finish()
+        ctx.finish()
         times.append(1e3 * (time.perf_counter() - started))
     return statistics.median(times)
 
@@ -68,16 +70,48 @@ def frames(sizes: dict[str, tuple[int, int]]) -> list[str]:
     return lines
 
 
+def arithmetic(size: tuple[int, int]) -> list[str]:
+    """Times of the same arithmetic, once a pixel, in a compute and in a fragment shader.
+
+    `lod` and tables are compute shaders, `draw` and `shade` mostly others. GPUs for data centres run only compute
+    shaders on all of their units.
+    """
+    work = "float turn(float x) { for (int i = 0; i < 200; i++) x = fract(x * 1.7 + 0.3); return x; }"
+    with create_context() as ctx:
+        texture = ctx.texture(size, 1, dtype="f4")
+        target = ctx.framebuffer([texture])
+        corner = "vec2[](vec2(-1), vec2(3, -1), vec2(-1, 3))[gl_VertexID]"
+        program = ctx.program(
+            f"#version 430\nvoid main() {{ gl_Position = vec4({corner}, 0.0, 1.0); }}",
+            f"#version 430\n{work}\nout float y; void main() {{ y = turn(gl_FragCoord.x + gl_FragCoord.y); }}",
+        )
+        kernel = ctx.compute_shader(
+            "#version 430\nlayout(local_size_x = 8, local_size_y = 8) in;\n"
+            f"layout(r32f, binding = 0) uniform image2D y;\n{work}\n"
+            "void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy);"
+            " imageStore(y, at, vec4(turn(float(at.x + at.y)))); }"
+        )
+        vao = ctx.vertex_array(program, [])
+        target.use()
+        texture.bind_to_image(0, read=False)
+        ways: dict[str, Callable[[], object]] = {
+            "compute shader": lambda: kernel.run(-(-size[0] // 8), -(-size[1] // 8)),
+            "fragment shader": lambda: vao.render(vertices=3),
+        }
+        times = {name: milliseconds(way, ctx) for name, way in ways.items()}
+    return ["| where | ms |", "|---|---|", *(f"| {name} | {ms:.2f} |" for name, ms in times.items())]
+
+
 def tables(posts: int) -> list[str]:
     """Times of the tables, which are built once for a map, and of a dab of the brush."""
     rng = np.random.default_rng(1)
     steps = rng.normal(size=(posts, posts)).cumsum(0).cumsum(1).astype("f4")
     heightmap = tg.Heightmap(steps / np.abs(steps).max() * 2000, 30.0)
     with tg.Renderer(heightmap, (640, 360)) as renderer:
-        build = milliseconds(renderer.tables.build, renderer, 3)
+        build = milliseconds(renderer.tables.build, renderer.ctx, 3)
         brush, sculptor = Brush(radius_m=64 * 30.0), Sculptor(renderer)
         x_m, y_m = (0.5 * extent for extent in heightmap.extent_m)
-        dab = milliseconds(lambda: sculptor.dab(brush, x_m, y_m), renderer)
+        dab = milliseconds(lambda: sculptor.dab(brush, x_m, y_m), renderer.ctx)
     return [
         "| what | ms |",
         "|---|---|",
@@ -136,6 +170,7 @@ def main() -> None:
     page = ["# On a GPU", "", about]
     parts: dict[str, Callable[[], list[str]]] = {
         "Frames at 1 px, milliseconds": lambda: frames(sizes),
+        "200 turns of a loop in each pixel": lambda: arithmetic(next(iter(sizes.values()))),
         "Once a map, and an edit": lambda: tables(513 if args.small else 4096),
         "Golden pictures, levels of 255": golden,
         "Checks": lambda: checks(args.small),

@@ -7,7 +7,8 @@ from maps import MAPS, SIZE, Scene, cameras, random_map
 from rounding import CLIP_ROUNDINGS, rounding_px
 
 from terrain_gl import Renderer
-from terrain_gl.camera import Camera, clip_from_eye, view
+from terrain_gl.camera import Camera, clip_from_eye
+from terrain_gl.camera import view as camera_view
 from terrain_gl.gpu.gl import clip_control_zero_to_one, use_default_framebuffer
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
@@ -193,7 +194,7 @@ def test_slivers_across_the_rim_of_the_picture_lose_no_sample(ctx, monkeypatch, 
     if not has_margin:
         if "Mesa 22" not in ctx.info["GL_VERSION"]:
             pytest.skip("without the margin, only Mesa 22 is known to lose a sample")
-        monkeypatch.setattr(view, "margin_px", lambda side, largest_px: 0)
+        monkeypatch.setattr(camera_view, "margin_px", lambda side, largest_px: 0)
     eye, target = (1172.8396949, 16.0457859, 2077.2220120), (5432.7511685, 38.6395980, -694.3599687)
     camera = Camera(eye, target, 3.25839260645865)
     with Renderer(random_map(np.random.default_rng([2007, 4])), (640, 360), ctx=ctx) as renderer:

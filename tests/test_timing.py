@@ -14,9 +14,18 @@ from terrain_gl.gpu.timing import Stopwatch
 SIZE = (160, 90)
 
 
+def waited_ms(ctx, work, turns):
+    """Milliseconds by the clock until the GPU is done."""
+    ctx.finish()
+    started = time.perf_counter()
+    work(turns)
+    ctx.finish()
+    return 1e3 * (time.perf_counter() - started)
+
+
 @pytest.fixture
 def work(ctx):
-    """A function that keeps the GPU busy; a larger argument takes longer."""
+    """A function that keeps the GPU busy; a larger argument takes longer. `long` is one that takes over 20 ms."""
     shader = """#version 430
         layout(local_size_x = 64) in;
         layout(std430, binding = 0) buffer Out { float out_[]; };
@@ -33,6 +42,7 @@ def work(ctx):
         kernel["u_turns"] = turns
         kernel.run(64)
 
+    run.long = next(turns for turns in (3000 << k for k in range(16)) if waited_ms(ctx, run, turns) > 20)
     yield run
     kernel.release()
     out.release()
@@ -56,7 +66,7 @@ def test_times_are_those_that_waiting_finds(ctx, work, after_a_triangle):
         ctx.finish()
         started = time.perf_counter()
         with watch.stage("work"):
-            work(3000)
+            work(work.long)
         ctx.finish()
         waited = 1e3 * (time.perf_counter() - started)
         ratios.append(watch.frame()["work"] / waited)
@@ -169,7 +179,7 @@ def test_the_time_in_python_counts_python_and_not_opengl(ctx, work, monkeypatch)
             return select(*arguments)
 
         def heavy(*arguments):
-            work(20000)
+            work(2 * work.long)
             return select(*arguments)
 
         monkeypatch.setattr(renderer, "select", slow)

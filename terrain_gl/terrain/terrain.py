@@ -75,7 +75,7 @@ class Terrain:
             )
         self.levels = layout.quadtree(*size, least_top)
         self.heights = gl.texel_texture(self.ctx, size, "f4")
-        self.marks = gl.texel_texture(self.ctx, size if self.is_marked else (1, 1), "u1")
+        self.marks = self._make_marks()
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)
         self._send()
 
@@ -166,7 +166,7 @@ class Terrain:
             self._widen_range()
         if not in_range or has_voids != had_voids:
             self.marks.release()
-            self.marks = gl.texel_texture(self.ctx, self.heights.size if self.is_marked else (1, 1), "u1")
+            self.marks = self._make_marks()
             self.upload()
             return self.all_posts
         rect = cols.start, rows.start, cols.stop - 1, rows.stop - 1
@@ -257,6 +257,14 @@ class Terrain:
             self._own = True
             if self._filling:
                 self._filling.known[0] = self.heightmap.heights
+
+    def _make_marks(self) -> moderngl.Texture:
+        """A texture for the marks of all posts; one mark, of nothing, if the map has none."""
+        if self.is_marked:
+            return gl.texel_texture(self.ctx, self.heights.size, "u1")
+        texture = gl.texel_texture(self.ctx, (1, 1), "u1")
+        texture.write(b"\0", alignment=1)  # a new texture may hold anything
+        return texture
 
     def _widen_range(self) -> None:
         """Widen the quantisation range on each side that heights have left, with headroom for further edits."""
