@@ -234,7 +234,7 @@ class Streaming:
     # --- Both ---------------------------------------------------------------------------------------------------------
 
     def _place_ready(self, seconds: float = math.inf) -> None:
-        """Put pages that were read into the pool, for some seconds. A page waits until the page above it is there."""
+        """For so many seconds, put loaded pages into the pool. A page waits until the page above it is there."""
         end = time.perf_counter() + seconds
         terrain = self.terrain
         for key, sums in self.loader.take():
