@@ -131,7 +131,7 @@ def _kml(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
 
 
 def _tcx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
-    """Tracks, without trackpoints that have no position (some devices only count)."""
+    """Tracks, without trackpoints that have no position: some devices write those, too."""
     for track in (element for element in root.iter() if _name(element) == "Track"):
         positions = [each for each in track.iter() if _name(each) == "Position"]
         yield _feature([_degrees(_text(p, "LongitudeDegrees"), _text(p, "LatitudeDegrees")) for p in positions])
