@@ -1,5 +1,7 @@
 """The error of float32: gl_Position of every drawn vertex, compared with float64 and a derived bound."""
 
+from contextlib import nullcontext
+
 import moderngl
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from rounding import CLIP_ROUNDINGS, rounding_px
 from terrain_gl import Renderer
 from terrain_gl.camera import Camera, clip_from_eye
 from terrain_gl.camera import view as camera_view
+from terrain_gl.gpu import gl
 from terrain_gl.gpu.gl import clip_control_zero_to_one, use_default_framebuffer
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
@@ -188,15 +191,36 @@ def test_between_slivers_no_depth_is_lost(ctx, is_rounded):
     scene.release()
 
 
+def lost_samples(ctx, seed, view):
+    """Holes in the picture of one random map, which are samples of sky between slivers."""
+    camera, tolerance_px, metric = view
+    with Renderer(random_map(np.random.default_rng(seed)), (640, 360), ctx=ctx) as renderer:
+        renderer.draw(camera, tolerance_px, metric=metric, method="quadtree", style=UNLIT)
+        return renderer.measure()["holes"]
+
+
+def without(ctx, monkeypatch, owner, name, value):
+    """Take a mechanism away."""
+    if "Mesa 22" not in ctx.info["GL_VERSION"]:
+        pytest.skip("only Mesa 22 is known to lose samples")
+    monkeypatch.setattr(owner, name, value)
+
+
 @pytest.mark.parametrize("has_margin", [True, False])
 def test_slivers_across_the_rim_of_the_picture_lose_no_sample(ctx, monkeypatch, has_margin):
     """A rasteriser may cut them at the rim of the viewport, so the viewport has a margin around the picture."""
     if not has_margin:
-        if "Mesa 22" not in ctx.info["GL_VERSION"]:
-            pytest.skip("without the margin, only Mesa 22 is known to lose a sample")
-        monkeypatch.setattr(camera_view, "margin_px", lambda side, largest_px: 0)
+        without(ctx, monkeypatch, camera_view, "margin_px", lambda side, largest_px: 0)
     eye, target = (1172.8396949, 16.0457859, 2077.2220120), (5432.7511685, 38.6395980, -694.3599687)
-    camera = Camera(eye, target, 3.25839260645865)
-    with Renderer(random_map(np.random.default_rng([2007, 4])), (640, 360), ctx=ctx) as renderer:
-        renderer.draw(camera, 0.0566, metric="rms", method="quadtree", style=UNLIT)
-        assert renderer.measure()["holes"] == (0 if has_margin else 1)
+    view = Camera(eye, target, 3.25839260645865), 0.0566, "rms"
+    assert lost_samples(ctx, [2007, 4], view) == (0 if has_margin else 1)
+
+
+@pytest.mark.parametrize("is_clamped", [True, False])
+def test_slivers_across_the_near_plane_lose_no_sample(ctx, monkeypatch, is_clamped):
+    """The depth between their corners may be computed as less than 0, and is clamped."""
+    if not is_clamped:
+        without(ctx, monkeypatch, gl, "depth_clamped", lambda ctx, least: nullcontext())
+    eye, target = (6737.229889827, 6.642529635, 0.136080563), (3070.834647935, 0.913289311, 291.211656712)
+    view = Camera(eye, target, 9.707728083658697, (0.79611278, -2.67033928, -1.00287122)), 0.767597, "max"
+    assert lost_samples(ctx, [4010, 1], view) == (0 if is_clamped else 1)

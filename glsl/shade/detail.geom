@@ -19,6 +19,7 @@ void main() {
         g_of_patch = v_of_patch[i];
         g_weights = vec3(i == 0, i == 1, i == 2);
         gl_Position = gl_in[i].gl_Position;
+        gl_ClipDistance[0] = gl_in[i].gl_ClipDistance[0];
         EmitVertex();
     }
     EndPrimitive();

@@ -30,6 +30,7 @@ _FRAMEBUFFER_BINDING = 0x8CA6
 _DEFAULT_WIDTH = 0x9310
 _DEFAULT_HEIGHT = 0x9311
 _TEXTURE0 = 0x84C0
+_CLIP_DISTANCE0 = 0x3000
 _TEXTURE_BUFFER = 0x8C2A
 _R32UI = 0x8236
 SOFTWARE = ("llvmpipe", "softpipe")  # names of Mesa's software renderers
@@ -107,6 +108,18 @@ def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> m
 
 # kept, because every frame calls it, and listing extensions takes long
 _clip_controls: WeakKeyDictionary[moderngl.Context, Callable[[int, int], None] | None] = WeakKeyDictionary()
+
+
+@contextmanager
+def depth_clamped(ctx: moderngl.Context, least: float) -> Iterator[None]:
+    """Clamp depths of fragments to the range from `least` to 1; shaders cut triangles by gl_ClipDistance[0]."""
+    ctx.depth_clamp_range = least, 1.0
+    ctx.enable_direct(_CLIP_DISTANCE0)
+    try:
+        yield
+    finally:
+        ctx.disable_direct(_CLIP_DISTANCE0)
+        ctx.depth_clamp_range = None
 
 
 def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:

@@ -44,6 +44,7 @@ VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
+FARTHEST = 2.0**-70  # least depth of land: for slivers, a driver may compute 0 or less, which would be sky
 HAZE = 2.0  # least distance over which haze absorbs as much: see `_haze_m`
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 Size = tuple[int, int]
@@ -206,7 +207,8 @@ class Picture:
             target.use()
             self.ctx.enable_only(moderngl.DEPTH_TEST | sides)
             self.ctx.depth_func = ">="
-            mesh.draw(selection, slice(first, first + commands))
+            with gl.depth_clamped(self.ctx, FARTHEST):
+                mesh.draw(selection, slice(first, first + commands))
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
