@@ -171,7 +171,7 @@ def test_whatever_is_there_achieves_what_is_certified(hills, alone):
 
 
 @pytest.mark.parametrize(
-    "style", ["lambert", "normals", "lod", "wireframe", "segments", "promise", "voids", "depth", "cracks"]
+    "style", ["lambert", "normals", "lod", "wireframe", "segments", "promise", "error", "voids", "depth", "cracks"]
 )
 def test_with_all_pages_pictures_are_those_of_the_whole_map(hills, style):
     whole, path = hills
@@ -180,6 +180,38 @@ def test_with_all_pages_pictures_are_those_of_the_whole_map(hills, style):
         load(other, all_pages(other.heightmap))
         found = [renderer.render(camera, 1.0, style=style, contour_m=5.0).image for renderer in (one, other)]
     np.testing.assert_array_equal(*found)
+
+
+@pytest.mark.parametrize("view", ["default", "valley"])
+def test_the_style_error_loads_the_true_heights_of_the_land_in_the_picture(hills, view):
+    whole, path = hills
+    camera = standard_view(whole, view)
+    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
+        others = other.draw(camera, 3.0, style="promise")["tiles_resident"]
+        found = [renderer.render(camera, 3.0, style="error") for renderer in (one, other)]
+        stats = found[1].stats
+        assert stats["complete"] and others < stats["tiles_resident"] < other.heightmap.numbering.total
+    assert stats["triangles"] == found[0].stats["triangles"]
+    # at the rim of the picture, normals are those of coarser pages beyond it
+    assert np.abs(np.subtract(*(each.image.astype(int) for each in found))).max() <= 1
+
+
+def test_the_style_error_is_grey_where_the_true_heights_have_no_room(hills):
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    stored = StoredMap(path)
+    stored.gpu_bytes = 1500 << 10
+    with Renderer(whole, SIZE) as one, Renderer(stored, SIZE) as other:
+        assert other.draw(camera, 3.0, style="promise")["complete"]
+        right, found = (renderer.render(camera, 3.0, style="error") for renderer in (one, other))
+        places = one.picture.places()[0]
+    assert not found.stats["complete"] and "no room" in found.stats["tiles_missing"][0]["reason"]
+    assert found.stats["certified_max_error_px"] <= 3.0
+    is_land = places[..., 0] >= 0
+    is_grey = np.ptp(found.image[..., :3].astype(int), -1) <= 1
+    assert 0.1 < is_grey[is_land].mean() < 0.9
+    differ = np.abs(found.image.astype(int) - right.image).max(-1)[is_land & ~is_grey]
+    assert (differ > 1).mean() < 0.01  # beside missing pages, normals are those of coarser pages: another shade
 
 
 def test_lines_lie_on_the_land_of_a_store_as_in_memory(hills):

@@ -2,6 +2,17 @@
 
 #include "shade/detail.glsl"
 
+#ifdef PAGED
+// Whether the page of level 0 over a post is loaded: only then is the post's own height known.
+bool is_known(ivec2 post) { return finest_over(min(post >> PAGE_LOG2, pages_of(0) - 1)) >> 24 == 0u; }
+
+bool is_known_cell(ivec2 at) {
+    return is_known(at) && is_known(at + 1) && is_known(at + ivec2(1, 0)) && is_known(at + ivec2(0, 1));
+}
+#else
+bool is_known_cell(ivec2 at) { return true; }
+#endif
+
 // Distance of the drawn height from the range between the two triangulations of a cell: 0 inside this range.
 float error_m(vec2 post, float drawn_m) {
     ivec2 at = min(ivec2(post), u_last_post - 1);
@@ -26,5 +37,6 @@ void main() {
     vec2 post = place_in_patch(g_post, patch_of(g_of_patch));
     float drop = drop_between_m(g_from_eye_m.xy, fract(post));
     float drawn_m = g_from_eye_m.z + drop + u_eye_z_m + u_eye_z_rest_m;
-    put_detail(inside ? error_px(g_from_eye_m, error_m(post, drawn_m)) : 0.0);
+    float px = inside ? error_px(g_from_eye_m, error_m(post, drawn_m)) : 0.0;
+    put_detail(is_known_cell(min(ivec2(post), u_last_post - 1)) ? px : -1.0);
 }

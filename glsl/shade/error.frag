@@ -1,5 +1,6 @@
 // shade/error.frag — style "error": the error of the surface in pixels. Black is 0, pale yellow the end of the scale;
-//   errors above the scale are cyan; land is grey where the map has no data.
+//   errors above the scale are cyan; land is grey where the map has no data, or
+//   where the true heights of a store are not loaded.
 //   The bar at the lower left shows the colours of the scale; the window has a legend instead.
 
 #include "shade/drawn.glsl"
@@ -7,8 +8,13 @@
 
 vec3 ground_colour(Ground g, int sample_) {
     if (MARKED && is_hole(min(ivec2(g.post), u_last_post - 1))) return vec3(0.5) * clay(g);
-    float worst_px = 0.0;
-    for (int i = 0; i < SAMPLES; i++) worst_px = max(worst_px, is_sky(post_of_sample(i)) ? 0.0 : drawn_at(i).px);
+    float worst_px = 0.0, least_px = 0.0;
+    for (int i = 0; i < SAMPLES; i++) {
+        float px = is_sky(post_of_sample(i)) ? 0.0 : drawn_at(i).px;
+        worst_px = max(worst_px, px);
+        least_px = min(least_px, px);
+    }
+    if (least_px < 0.0) return vec3(0.5) * clay(g);
     return error_colour(worst_px) * (0.65 + 0.35 * clay(g));
 }
 

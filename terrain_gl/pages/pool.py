@@ -40,6 +40,8 @@ class PagePool:
         The eye of the present view.
     rim_focal_px
         With `--voids hole`, where rims must be sharp to a pixel, the focal length in pixels; 0 if voids are filled.
+    shows_errors
+        Whether a picture compares the mesh with the true heights: it then needs the pages of level 0.
     waits
         Whether a picture waits for all that it needs.
     """
@@ -70,6 +72,7 @@ class PagePool:
         self._free = list(range(self.slots))[::-1]
         self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self.rim_focal_px = 0.0
+        self.shows_errors = False
         self.waits = True
         self._stamps = np.zeros(self.numbering.total, np.int64)
         self._stamp = 0

@@ -37,10 +37,15 @@ class DrawnPatches:
         self._side_log2 = patches.side_log2
         self._step_log2 = patches.step_log2
         self._camera = camera
+        self._is_drawn = np.arange(len(low)) < selection.patches
 
     def use(self) -> None:
         """Tell the pool which pages the patches use, each patch at its spacing."""
-        self.terrain.use(self.boxes, np.clip(self._step_log2, 0, self.terrain.top_level))
+        terrain = self.terrain
+        terrain.use(self.boxes, np.clip(self._step_log2, 0, terrain.top_level))
+        if terrain.shows_errors:
+            drawn = self.boxes.some(self._is_drawn)
+            terrain.use(drawn, np.zeros(len(drawn.low), np.int64))
 
     def areas(self) -> np.ndarray:
         """Approximate size of the patches in the picture, up to a factor: projected area over distance squared."""
@@ -96,20 +101,22 @@ class DrawnPatches:
     def wanted(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of the pages that would make patches better (`open_to`, `on_rims`), and their worth; largest first.
 
+        If all patches are good, and the picture shows errors: the pages of level 0.
+
         The worth of a page is certified pixels times area in the picture, summed over all patches that want it.
         """
         terrain = self.terrain
         numbering = self.terrain.numbering
         open_, finest = self.open_to(goal)
         open_ = open_ | self.on_rims(finest)
+        shows_errors = terrain.shows_errors and not open_.any()  # the pages that the mesh needs come first
+        if shows_errors:
+            open_ = self._is_drawn & (terrain.resident_level(self.boxes, np.zeros_like(finest)) > 0)
         boxes = self.boxes.some(open_)
         bound_px = np.clip(self.bound_px[open_], 1e-6, 1e12)
         finest = finest[open_]
-        over = np.log2(bound_px / goal.tolerance_px) if goal.tolerance_px else np.zeros(len(bound_px))
-        steps = np.minimum(np.clip(np.ceil(over).astype(np.int64), 1, MOST_LEVELS), finest)
-        for _ in range(MOST_LEVELS - 1):
-            steps -= (numbering.count(boxes, finest - steps) > MOST_PAGES) & (steps > 1)
-        box, numbers = numbering.over(boxes, finest - steps)
+        level = np.zeros_like(finest) if shows_errors else finest - self._steps(boxes, bound_px, finest, goal)
+        box, numbers = numbering.over(boxes, level)
         gain = (bound_px * self.areas()[open_])[box]
         numbers, which = np.unique(numbers, return_inverse=True)
         worth = np.bincount(which, gain, minlength=len(numbers))
@@ -118,3 +125,11 @@ class DrawnPatches:
         worth = worth[new]
         order = np.argsort(-worth, kind="stable")
         return numbers[order], worth[order]
+
+    def _steps(self, boxes: Boxes, bound_px: np.ndarray, finest: np.ndarray, goal: Goal) -> np.ndarray:
+        """How many levels finer the next pages of patches are: more where the bound is far over the tolerance."""
+        over = np.log2(bound_px / goal.tolerance_px) if goal.tolerance_px else np.zeros(len(bound_px))
+        steps = np.minimum(np.clip(np.ceil(over).astype(np.int64), 1, MOST_LEVELS), finest)
+        for _ in range(MOST_LEVELS - 1):
+            steps -= (self.terrain.numbering.count(boxes, finest - steps) > MOST_PAGES) & (steps > 1)
+        return steps

@@ -282,8 +282,6 @@ class Renderer:
         with self.timer.stage("lod"):
             if self.streaming and options.method != "sat":
                 raise UsageError(f"a store is drawn by the method sat, not by {options.method}")
-            if self.streaming and options.style == "error":
-                raise UsageError("the true heights of a store are not on the GPU: use the style promise, or measure")
             selector = self.selectors[options.method]
 
             def choose(camera: Camera) -> Selection:
@@ -291,6 +289,7 @@ class Renderer:
 
             loading = self.streaming
             if loading:
+                loading.terrain.shows_errors = options.style == "error"
                 loading.terrain.rim_focal_px = chosen_for.focal_px(size[1]) if options.voids == "hole" else 0.0
             selection, loaded = loading.select(choose, chosen_for, goal) if loading else (choose(chosen_for), {})
         if options.style == "cracks":

@@ -57,5 +57,5 @@ def legend(options: RenderOptions) -> Legend | None:
         "cracks": Legend(PALE, "one quad", "32 × 32", "Red: a crack, through which one looks under the land."),
         "promise": Legend(INFERNO, "0", most, f"Grey: no bound. {over}", between),
         "visibility": Legend(VISIBLE, "neither", "sun alone", "Blue: the sky's share. Yellow: the sun's. White: both."),
-        "error": Legend(INFERNO, "0", most, f"{over} Grey: no data.", between),
+        "error": Legend(INFERNO, "0", most, f"{over} Grey: not known.", between),
     }.get(options.style)

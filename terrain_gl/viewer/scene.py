@@ -180,11 +180,8 @@ class Scene:
 
 
 def of_store(side: RenderOptions) -> dict[str, Any]:
-    """Changes of options that a store needs: the method "sat", and no style "error"."""
-    changes: dict[str, Any] = {"method": "sat", "parameters": None}
-    if side.style == "error":
-        changes["style"] = "promise"
-    return changes
+    """Changes of options that a store needs: the method "sat"."""
+    return {"method": "sat", "parameters": None}
 
 
 def raised(place: Vector, factor: float) -> Vector:

@@ -178,7 +178,7 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     assert copied[0].startswith(f"terrain-gl shot {stored.name} ") and "--style" not in copied[0]
     viewer.settings.change(triangles=1000, style="error", method="quadtree")
     spec = viewer.scene.frame_spec().sides[0]
-    assert (spec.method, spec.triangles, spec.style) == ("sat", 1000, "promise")
+    assert (spec.method, spec.triangles, spec.style) == ("sat", 1000, "error")
     until_complete(app)
     stats = viewer.painter.frame.stats
     assert stats["complete"] and 800 < stats["triangles"] <= 1000
