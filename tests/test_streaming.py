@@ -363,3 +363,49 @@ def test_a_damaged_list_of_checksums_is_refused(hills, tmp_path):
     chunk.write_bytes(chunk.read_bytes()[:-9])
     with pytest.raises(TerrainError, match="list of checksums"):
         StoredMap(tmp_path / "s")
+
+
+# --- Views that take turns --------------------------------------------------------------------------------------------
+
+
+def test_views_that_take_turns_are_complete_together(hills):
+    """As the sides of a split picture: the last view alone is complete long before the first."""
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    with flying(StoredMap(path)) as renderer:
+        streaming = renderer.streaming
+        streaming.terrain.views = 2
+
+        def both():
+            return [renderer.choose(camera, px)["complete"] for px in (0.3, 30.0)]
+
+        assert not all(both())
+        end = time.monotonic() + 60
+        while streaming.is_loading or streaming.has_news:
+            assert time.monotonic() < end
+            both()
+        assert all(both())
+
+
+def test_views_that_take_turns_keep_their_pages_in_a_small_pool(hills):
+    whole, path = hills
+    stored = StoredMap(path)
+    stored.gpu_bytes = 600 << 10
+    with flying(stored) as renderer:
+        streaming = renderer.streaming
+        streaming.terrain.views = 2
+        top = whole.range_m[1]
+        cameras = [Camera((x, 0.75 * x, top + 60), (x, 0.75 * x + 1, 0)) for x in (80, 440)]
+
+        def turn(camera):
+            missing = len(renderer.choose(camera, 0.1)["tiles_missing"])
+            until(lambda: streaming.has_news or not streaming.is_loading)
+            return missing
+
+        for _ in range(60):
+            missing = [turn(camera) for camera in cameras]
+        assert max(missing) > 0 == streaming.terrain.free  # they have no room for all pages of both
+        loaded = set(streaming.terrain.slot_of)
+        for camera in 3 * cameras:
+            turn(camera)
+            assert set(streaming.terrain.slot_of) == loaded

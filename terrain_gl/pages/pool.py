@@ -42,6 +42,8 @@ class PagePool:
         With `--voids hole`, where rims must be sharp to a pixel, the focal length in pixels; 0 if voids are filled.
     shows_errors
         Whether a picture compares the mesh with the true heights: it then needs the pages of level 0.
+    views
+        Number of views that take turns, such as the sides of a split picture. The pages of each stay loaded.
     waits
         Whether a picture waits for all that it needs.
     """
@@ -73,6 +75,7 @@ class PagePool:
         self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self.rim_focal_px = 0.0
         self.shows_errors = False
+        self.views = 1
         self.waits = True
         self._stamps = np.zeros(self.numbering.total, np.int64)
         self._stamp = 0
@@ -192,10 +195,10 @@ class PagePool:
         return bool(self._slots_of[self.numbering.number(key)] & np.uint32(LIT))
 
     def in_use(self) -> list[PageKey]:
-        """Loaded pages that the present view uses, and the pages above them; the largest in the picture first."""
+        """Loaded pages that the present views use, and the pages above them; the largest in the picture first."""
         used = set(self.roots)
         for key in self.slot_of:
-            if self._stamps[self.numbering.number(key)] >= self._stamp:
+            if self._stamps[self.numbering.number(key)] > self._stamp - self.views:
                 while key not in used:
                     used.add(key)
                     key = above(key)
@@ -211,13 +214,13 @@ class PagePool:
         return size * east / max(away_m, 0.5 * size * east)
 
     def spare(self) -> list[PageKey]:
-        """Pages that can be removed, the least recently used first; no roots, and no pages of the present view."""
+        """Pages that can be removed, the least recently used first; no roots, and no pages of the present views."""
         stamps = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}
         roots = set(self.roots)
         for key in sorted(stamps):  # finest first: a page is in use if a page below it is in use
             if key not in roots:
                 stamps[above(key)] = max(stamps[above(key)], stamps[key])
-        old = (key for key, stamp in stamps.items() if stamp < self._stamp and key not in roots)
+        old = (key for key, stamp in stamps.items() if stamp <= self._stamp - self.views and key not in roots)
         return sorted(old, key=lambda key: (stamps[key], key))
 
     def make_room(self, pages: int) -> int:

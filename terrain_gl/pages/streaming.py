@@ -7,6 +7,7 @@ where a page is missing, the records of a coarser page bound the error.
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -66,6 +67,7 @@ class Streaming:
         self.rebuilder: Rebuilder | None = None
         self.holds_back = False
         self._motion = Motion()
+        self._recent: deque[list[PageKey]] = deque()  # pages that each of the present views lacks
         self._later: list[PageKey] = []  # pages that the view ahead needed when it was last computed
         self._is_complete = False
         self._flown_s = time.perf_counter()
@@ -83,7 +85,8 @@ class Streaming:
     def has_news(self) -> bool:
         """Whether the next frame would differ from the last one: a missing page was read, or new records are ready."""
         has_records = self.rebuilder is not None and self.rebuilder.has_ready
-        return has_records or (not self._is_complete and self.loader.has_ready)
+        came = any(key in self.terrain.slot_of for lacked in self._recent for key in lacked)  # for another view
+        return has_records or came or (not self._is_complete and self.loader.has_ready)
 
     @property
     def is_loading(self) -> bool:
@@ -188,6 +191,7 @@ class Streaming:
             missing = self._with_those_above(wanted)
             batch = missing[: terrain.make_room(len(missing))]
             if not batch:
+                self._is_complete = not wanted
                 return selection, self._told(patches, goal, wanted, NO_ROOM)
             self._load(batch, loaded)
             loaded += len(batch)
@@ -226,9 +230,12 @@ class Streaming:
         later = self._with_those_above(key for key in self._later if key not in terrain.slot_of)
         selection = choose(camera)
         patches, wanted = self._used(selection, camera, goal)
+        self._recent = deque([*self._recent, wanted], maxlen=terrain.views)
+        lacking = [key for each in reversed(self._recent) for key in each if key not in terrain.slot_of]
         room = terrain.free + len(terrain.spare())
-        now = list(dict.fromkeys([*self._with_those_above(wanted), *later]))[:room]
+        now = list(dict.fromkeys([*self._with_those_above(lacking), *later]))[:room]
         self.loader.want(now)
+        self._is_complete = not any(self._recent)
         return selection, self._told(patches, goal, wanted, LOADING, set(now))
 
     # --- Both ---------------------------------------------------------------------------------------------------------
@@ -282,7 +289,6 @@ class Streaming:
         def why(key: PageKey) -> str:
             return self._has_failed(key) or (reason if coming is None or key in coming else NO_ROOM)
 
-        self._is_complete = not wanted
         return {
             "complete": not wanted,
             "within_tolerance": patches.within(goal) if wanted else 1.0,

@@ -85,7 +85,7 @@ def side_line(
 ) -> str:
     """A line about a side of a split picture: what the user requested, triangles, bound and achieved error."""
     tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
-    budget = f"{options.triangles:,} triangles" if options.triangles else tolerance
+    budget = f"{options.triangles:,} triangles {options.metric}" if options.triangles else tolerance
     asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"
     bound = "preview" if is_preview else bound_words(stats, ".3g")
     found = "" if not measured_px else f", achieved {measured_px['max']:.3g} px (RMS {measured_px['rms']:.2g} px)"

@@ -79,11 +79,12 @@ class Explainer:
         )
 
     def toggle_split(self) -> None:
-        """Split the picture, or join it. At first its sides show the errors of two methods with equal triangles."""
+        """Split the picture, or join it.
+
+        At first its sides show the errors of two methods with equal triangles; of a store, which has one method, the
+        errors of two metrics.
+        """
         settings = self._settings
-        if self._scene.is_paged and not settings.split:
-            self._window.say(f"a store is drawn by one method, so nothing is compared: {self._scene.in_memory}")
-            return
         if settings.split:
             settings.sides = [self.unsplit]
             settings.active = 0
@@ -96,9 +97,15 @@ class Explainer:
         left = before.otherwise(triangles=triangles, style="error", error_scale_px=SCALE_PX)
         width = max(1, self._window.size[0])
         settings.split_at(0.5 + 0.5 * (self._window.panel_px / width if settings.panel else 0.0))  # beside the panel
-        settings.sides = [left, left.otherwise(method=BASELINES[0] if left.method not in BASELINES else METHODS[0])]
+        if self._scene.is_paged:
+            right = left.otherwise(metric="max" if left.metric == "rms" else "rms")
+            compared = "least squares, and the smallest largest error"
+        else:
+            right = left.otherwise(method=BASELINES[0] if left.method not in BASELINES else METHODS[0])
+            compared = "two methods"
+        settings.sides = [left, right]
         self._split_from = before, left
-        self._window.say("as many triangles on both sides, and one scale of errors; drag the divider; T ends this")
+        self._window.say(f"{compared}, with as many triangles, on one scale of errors; drag the divider; T ends this")
 
     def take_sides(self, sides: list[RenderOptions]) -> None:
         """Show these sides, one or two, from now on."""

@@ -147,6 +147,8 @@ class Painter:
         bool
             Whether the canvas or the stats have changed.
         """
+        if renderer.streaming:
+            renderer.streaming.terrain.views = len(spec.sides)
         if spec != self._asked:
             self._asked = spec
             self._asked_s = now_s

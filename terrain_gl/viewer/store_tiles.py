@@ -48,8 +48,8 @@ class StoreTiles:
 
     @property
     def share(self) -> float:
-        """Share of the picture within its tolerance."""
-        return float(self._painter.frame.stats.get("within_tolerance", 0.0))
+        """Share of the picture within its tolerance, on the side that has less."""
+        return min((float(stats.get("within_tolerance", 0.0)) for stats in self._painter.side_stats), default=0.0)
 
     @property
     def note(self) -> str:
@@ -62,7 +62,9 @@ class StoreTiles:
 
     @property
     def _missing(self) -> list[dict[str, str]]:
-        return list(self._painter.frame.stats.get("tiles_missing", ()))
+        """Missing tiles of all sides."""
+        sides = [stats.get("tiles_missing", ()) for stats in self._painter.side_stats]
+        return list({tile["tile"]: tile for missing in sides for tile in missing}.values())
 
 
 def never_wait(renderer: Renderer) -> None:

@@ -168,7 +168,6 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
         return viewer.window.message
 
     assert "method sat" in said(lambda: app.press("f"))
-    assert "one method" in said(lambda: app.press("t"))
     assert "none of the whole map" in said(lambda: app.press("u"))
     assert "keeps its scale" in said(lambda: viewer.exaggerate(2.0))
     assert "keeps its scale" in said(lambda: viewer.set_spacing("3"))
@@ -226,6 +225,25 @@ def test_heights_of_a_saved_mesh_stay_when_the_camera_flies_on(hills):
         assert np.abs(pool.filled[:, :] - kept).max() > 0.1
         pool.filled.copies[:] = 0.0
         np.testing.assert_array_equal(heights[:, :], kept)
+
+
+def test_a_split_picture_of_a_store_compares_two_metrics(shown):
+    app, stored = shown
+    viewer = app.viewer
+    stored.gate.set()
+    until_complete(app)
+    before = viewer.settings.options
+    app.press("t")
+    assert "least squares, and the smallest largest error" in viewer.window.message
+    until_complete(app)
+    sides, stats = viewer.scene.frame_spec().sides, viewer.painter.side_stats
+    assert [side.metric for side in sides] == ["rms", "max"] and {side.style for side in sides} == {"error"}
+    assert len(stats) == 2 and all(each["complete"] for each in stats) and viewer.tiles.note == ""
+    most = sides[0].triangles
+    assert all(0.85 * most < each["triangles"] <= most for each in stats)
+    assert stats[0]["certified_max_error_px"] > stats[1]["certified_max_error_px"]
+    app.press("t")
+    assert viewer.settings.sides == [before]
 
 
 def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, monkeypatch):
@@ -419,7 +437,7 @@ def test_a_large_raster_is_a_preview_until_its_store_is_made(large, session_cont
         assert scene.controller.heightmap is scene.heightmap  # no longer the sample
 
         viewer.window.message = ""
-        app.press("t")
+        app.press("f")
         assert "Hold in memory, under Map" in viewer.window.message
         viewer.hold_in_memory()
         viewer.loader.job.join()
