@@ -190,7 +190,7 @@ def test_vertices_stand_in_the_picture_where_they_belong(ctx, name):
         front = z > scene.near_m
         x, y, z, clip = x[front], y[front], z[front], vertices["clip"][front].astype("f8")
         expected = np.stack([x, y], -1) / z[:, None] * camera.focal_px(scene.size[1])
-        drawn = clip[:, :2] / clip[:, 3:] * scale
+        drawn = clip[:, :2] / clip[:, 3:] * np.divide(scene.levels.view.viewport[2:], 2)
         seen = (np.abs(expected) <= scale).all(1)
         assert np.abs(drawn - expected)[seen].max(initial=0) < 0.01, view
         assert np.allclose(clip[:, 2] / clip[:, 3], scene.near_m / z, rtol=1e-3), view

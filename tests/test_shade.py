@@ -161,6 +161,16 @@ def test_slopes_of_cells_are_bilinear_between_their_middles(ctx, size):
     assert answers == pytest.approx(expected, abs=1e-3)
 
 
+def test_rough_slopes_are_those_of_a_plane_at_its_rims_too(ctx):
+    """Also for boxes of less than two posts, which a rim would cut to one post."""
+    y, x = np.mgrid[:6, :9]
+    heightmap = Heightmap((3 * x - 2 * y + 500).astype("f4"), spacing_m=10.0)
+    places = [(x, y) for x in np.linspace(0, 8, 17) for y in np.linspace(0, 5, 11)]
+    questions = np.array([(*place, e, 0.7 * e) for place in places for e in (0.1, 1.0, 2.0, 5.0)], "f4")
+    slopes = ask_relief(ctx, heightmap, "Relief(0.0, rough_slope(a.xy, a.zw))", questions)[:, 1:]
+    assert slopes == pytest.approx(np.broadcast_to([0.3, 0.2], slopes.shape), abs=2e-3)
+
+
 def test_splines_and_boxes_agree_on_a_plane(ctx):
     y, x = np.mgrid[:40, :50]
     heightmap = Heightmap((3 * x - 2 * y + 500).astype("f4"), spacing_m=10.0)

@@ -65,9 +65,9 @@ def test_program_error_names_the_stage_at_fault(ctx, glsl):
 
 
 def test_link_error_names_the_files(ctx, glsl):
-    glsl("a.vert", "out vec3 v_color;\nvoid main() { v_color = vec3(1); gl_Position = vec4(0); }\n")
-    glsl("a.frag", "in vec4 v_color;\nout vec4 out_color;\nvoid main() { out_color = v_color; }\n")
-    with pytest.raises(shaders.ShaderError, match=r"^a\.vert \+ a\.frag: .*v_color"):
+    glsl("a.vert", "void main() { gl_Position = vec4(0); }\n")
+    glsl("a.frag", "vec4 nowhere();\nout vec4 out_color;\nvoid main() { out_color = nowhere(); }\n")
+    with pytest.raises(shaders.ShaderError, match=r"^a\.vert \+ a\.frag: .*nowhere"):
         shaders.program(ctx, vertex="a.vert", fragment="a.frag")
 
 

@@ -174,8 +174,8 @@ Relief rough_relief_on(int level, vec2 post, vec2 extent) {
     ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0));
     ivec2 m = ivec2(post + 0.5);
     ivec2 end = last_of(level) + 1;
-    ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, end);
-    m = clamp(m, a + 1, c - 1);
+    ivec2 a = clamp(m - half_extent, ivec2(0), end - 2), c = clamp(m + half_extent, a + 2, end);
+    m = clamp(m, a + 1, c - 1);  // each half has posts, also at the map's rim
     uint all_ = 0u;
     uvec4 sum = uvec4(0u);  // the western, northern, eastern and southern half
     Part part = first_part(level, a, c);
