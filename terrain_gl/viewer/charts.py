@@ -14,6 +14,7 @@ from .widgets import Widgets
 
 COLOURS = {"lod": (0.40, 0.70, 1.0, 1.0), "draw": ACCENT, "shade": (0.55, 0.85, 0.55, 1.0)}
 SOFT = (1.0, 1.0, 1.0, 0.35)
+UNKNOWN = "not known yet"
 PAPER = (1.0, 1.0, 1.0, 0.04)
 
 
@@ -24,10 +25,11 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     if not frame.stats:
         return
     timer, sentence = clock(frame.stats)
-    _title(ui, "Frame", _frame_words(frame, timer))
+    _title(ui, "Frame", UNKNOWN if frame.is_sketch else _frame_words(frame, timer))
     _bars(ui, records)
     ui.hint("frame", f"Milliseconds of the last frames, {sentence}: blue chooses levels, orange draws, green shades.")
-    _title(ui, "Triangles", f"{frame.stats['triangles']:,} in {frame.stats['patches']:,} patches")
+    counted = f"{frame.stats['triangles']:,} in {frame.stats['patches']:,} patches"
+    _title(ui, "Triangles", UNKNOWN if frame.is_sketch else counted)
     _line(ui, [record.triangles for record in records], SOFT)
     ui.hint("triangles", "Triangles of the last frames.")
     _title(ui, "Error", error_words(frame))
@@ -46,7 +48,7 @@ def _frame_words(frame: FrameStats, timer: str) -> str:
 
 def error_words(frame: FrameStats) -> str:
     """The achieved error and the bound, as far as they are known."""
-    if frame.is_preview:
+    if frame.is_preview or frame.is_sketch:
         return "preview: nothing certified"
     bound = bound_words(frame.stats, ".3f")
     if "complete" in frame.stats:  # of a store: its truth is on a disk, so no error is measured

@@ -37,6 +37,8 @@ class FrameStats:
         Speed of the keys that move the camera.
     way
         How the picture is drawn: `frame_budget.FULL` at rest.
+    is_sketch
+        Whether the picture is the preview of a new split. The numbers are those of the picture before.
     """
 
     name: str
@@ -49,6 +51,7 @@ class FrameStats:
     height_m: float = math.nan
     speed_m_s: float = 0.0
     way: Way = FULL
+    is_sketch: bool = False
 
     @property
     def certified_px(self) -> float | None:

@@ -1,6 +1,7 @@
 """Draws the picture if anything has changed since the last one.
 
     in motion, or without light    at once, coarser if full pictures take long           (frame_budget.py)
+    a new split                    at once, as a preview in a plain style, because its programs are not compiled yet
     at rest                        in full size, in steps if it takes long
     then                           light is made, in steps; the picture is drawn again with it
                                    (the tiles of a store get light before the picture is drawn in full size)
@@ -25,7 +26,7 @@ from ..renderer.options import LOOSEST_PX, RenderOptions
 from ..renderer.overlay import Overlay
 from ..verify.measure import Achieved
 from .canvas import Canvas
-from .frame_budget import FULL, FrameBudget, Way
+from .frame_budget import COARSEST, FULL, FrameBudget, Way
 from .frame_stats import FrameStats, History, drawing_ms, in_window_px, without_bounds
 from .light_builder import LightBuilder
 from .scene import FrameSpec
@@ -34,6 +35,7 @@ from .window_state import Size
 REST_S = 0.25  # the full picture is drawn after this time without a change
 RIPE_S = 10.0  # longest wait for light of a store's tiles; without it, the full picture would be drawn twice
 TOLD_S = 1.0  # seconds between two displays of the progress of light: drawing panels takes time, too
+Kind = tuple[object, ...]
 MEASURED_POSTS = 256  # posts along the side of the square that is measured in one step
 
 
@@ -74,7 +76,8 @@ class Painter:
         self.overlays: tuple[Overlay, ...] = ()
         self.labels: list[Label] = []
         self._asked: FrameSpec | None = None
-        self._kind: tuple[object, ...] = ()  # of the requested picture: style, method, contour lines of each side
+        self._announced: Kind = ()  # the kind of picture that was requested last
+        self._known: set[Kind] = set()  # kinds of pictures that were drawn in full, so that their programs are compiled
         self._asked_s = self._drawn_s = self._told_s = float("-inf")
         self._unripe_s: float | None = None  # time since when tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
@@ -86,6 +89,7 @@ class Painter:
     def new_map(self, frame: FrameStats) -> None:
         """Forget everything: another map is shown."""
         self.frame = frame
+        self._known.clear()
         self.forget()
         self.light.stop()
         self._budget.forget()
@@ -158,7 +162,8 @@ class Painter:
         hurried = moving or dark or now_s - self._asked_s < REST_S or self._ripens(renderer, spec, now_s)
         if hurried and spec != self.drawn:
             if not self._announces(spec):
-                self._draw(renderer, spec, now_s)
+                is_new_split = self.has_picture and len(spec.sides) > 1 and _kind(spec) not in self._known
+                self._sketch(renderer, spec) if is_new_split else self._draw(renderer, spec, now_s)
             changed = True
         elif not hurried:
             changed = self._rest(renderer, spec, now_s, measure=not unlit)
@@ -174,12 +179,12 @@ class Painter:
         return changed
 
     def _announces(self, spec: FrameSpec) -> bool:
-        """Whether this frame shows the old picture, because the new one is of another kind, which may need programs.
+        """Whether this frame shows the old picture, because the new one is of a new kind, which needs programs.
 
         Compiling them can take seconds. Until then the window shows the divider of a new split, and a message.
         """
-        before, self._kind = self._kind, tuple((side.style, side.method, side.contour_m is None) for side in spec.sides)
-        return self.has_picture and self._kind != before
+        before, self._announced = self._announced, _kind(spec)
+        return self.has_picture and self._announced != before and self._announced not in self._known
 
     def _ripens(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> bool:
         """Whether tiles of a store are getting light of their own, and began to less than `RIPE_S` ago."""
@@ -198,7 +203,7 @@ class Painter:
         """Draw at once, if necessary coarser."""
         self.interrupt()
         way = self._budget.way
-        _resize(renderer, (max(1, spec.size[0] // way.shrink), max(1, spec.size[1] // way.shrink)))
+        _resize(renderer, _smaller(spec.size, way))
         stats = []
         for side in _last_first(spec):
             stats.append(renderer.draw(spec.camera, **vars(_hurried(spec.sides[side], way))))
@@ -206,6 +211,24 @@ class Painter:
         self._note(spec, stats[::-1], way, renderer)
         self.frame.fps = self._smoothed_fps(now_s - self._drawn_s)
         self._drawn_s = now_s
+
+    def _sketch(self, renderer: Renderer, spec: FrameSpec) -> None:
+        """Draw a preview of a new split: each side by its method, small, in a plain style.
+
+        Its programs are few and short. There is no search for equal triangles, and there are no numbers.
+        """
+        self.interrupt()
+        _resize(renderer, _smaller(spec.size, COARSEST))
+        for options in spec.sides:
+            renderer.selectors[options.method]  # noqa: B018  all first: after its passes llvmpipe compiles shading again
+        for side, options in enumerate(spec.sides):
+            plain = replace(options, style="lambert", wires=False, contour_m=None, metric="max")
+            renderer.draw(spec.camera, **vars(_hurried(plain, COARSEST)))
+            self.canvas.compose(renderer, spec.size, *spec.part(side))
+        self.drawn = spec
+        self.labels = []
+        self.frame.way = COARSEST
+        self.frame.is_sketch = True
 
     def _rest(self, renderer: Renderer, spec: FrameSpec, now_s: float, measure: bool) -> bool:
         """Draw in full size, then measure; returns whether anything has changed."""
@@ -242,6 +265,9 @@ class Painter:
             stats = [without_bounds(each) for each in stats]
         stats = [in_window_px(each, way.shrink) for each in stats]
         self.drawn = spec
+        self.frame.is_sketch = False
+        if way.is_full:
+            self._known.add(_kind(spec))
         self.side_stats = stats
         self.has_picture = True
         self.frame.stats = stats[0]
@@ -294,6 +320,11 @@ def _measure_steps(renderer: Renderer, spec: FrameSpec) -> Steps[list[Achieved]]
     return achieved[::-1]
 
 
+def _kind(spec: FrameSpec) -> Kind:
+    """What decides which programs a picture needs: style and method of each side, and whether it has contour lines."""
+    return tuple((side.style, side.method, side.contour_m is None) for side in spec.sides)
+
+
 def _last_first(spec: FrameSpec) -> range:
     """The order of drawing: the first side comes last, so that the renderer then measures and explains it."""
     return range(len(spec.sides) - 1, -1, -1)
@@ -302,12 +333,19 @@ def _last_first(spec: FrameSpec) -> range:
 def _hurried(side: RenderOptions, way: Way) -> RenderOptions:
     """The same side as it is drawn in motion: with a multiple of its tolerance.
 
-    A mesh for a number of triangles takes many tries, so a tolerance takes its place.
+    A mesh for a number of triangles takes many tries, so a tolerance takes its place. It is one of the largest error,
+    for which the programs are compiled.
     """
     if way.is_full:
         return side
     tolerance_px = way.looser * (side.max_error_px or 1.0)
-    return replace(side, triangles=None, max_error_px=min(tolerance_px, math.nextafter(LOOSEST_PX, 0.0)))
+    metric = "max" if side.triangles else side.metric
+    tolerance_px = min(tolerance_px, math.nextafter(LOOSEST_PX, 0.0))
+    return replace(side, triangles=None, max_error_px=tolerance_px, metric=metric)
+
+
+def _smaller(size: Size, way: Way) -> Size:
+    return max(1, size[0] // way.shrink), max(1, size[1] // way.shrink)
 
 
 def _resize(renderer: Renderer, size: Size) -> None:

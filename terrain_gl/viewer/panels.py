@@ -266,12 +266,15 @@ class Panels:
         if side and right - begin * size[0] < 10 * ui.em:  # the summed-area table is there instead
             return
         painter = self._viewer.painter
+        frame = painter.frame
         with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):
+            if frame.is_sketch:
+                ui.imgui.text(f"preview of the method {self._settings.sides[side].method}; it promises nothing")
+                return
             if len(painter.side_stats) < 2:
                 ui.imgui.text("choosing the mesh …" if side else "the picture before")
                 return
             stats = painter.side_stats[side]
-            frame = painter.frame
             words = frame.way.words(stats["requested_max_error_px"] is not None)
             coarse = f"; in motion {words}" if words else ""
             options = self._settings.sides[side]

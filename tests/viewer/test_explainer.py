@@ -11,6 +11,7 @@ from terrain_gl.viewer import explain_text
 from terrain_gl.viewer.box_sum import box_around
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.controller import Pose
+from terrain_gl.viewer.frame_budget import COARSEST
 from terrain_gl.viewer.settings import SCALE_PX
 
 
@@ -97,6 +98,29 @@ def test_a_split_picture_shows_two_settings(viewer):
     assert np.array_equal(seen(viewer), plain)
 
 
+def test_the_preview_of_a_split_has_each_side_by_its_own_method(viewer):
+    settle(viewer)
+    press(viewer, "t")
+    later(viewer, 0.02)
+    later(viewer, 0.02)
+    shown, width = seen(viewer), viewer.window.size[0]
+    assert viewer.painter.frame.is_sketch
+    renderer, camera = viewer.scene.renderer, viewer.scene.controller.camera
+    middle = round(viewer.settings.divider * width)
+    for side, columns in zip(viewer.settings.sides, (slice(middle - 2), slice(middle + 2, None)), strict=True):
+        renderer.draw(camera, method=side.method, style="lambert", metric="max", max_error_px=COARSEST.looser)
+        viewer.painter.canvas.compose(renderer, viewer.window.size)
+        viewer.painter.canvas.show(viewer.target)
+        assert np.array_equal(seen(viewer)[:, columns], shown[:, columns])
+    settle(viewer)
+    assert not viewer.painter.frame.is_sketch and changed(seen(viewer), shown) > 0.2
+    press(viewer, "t")
+    settle(viewer)
+    press(viewer, "t")
+    later(viewer, 0.02)  # its programs are known now: no preview
+    assert len(viewer.painter.side_stats) == 2 and not viewer.painter.frame.is_sketch
+
+
 def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
     viewer.settings.change(max_error_px=0.5)
     settle(viewer)
@@ -107,8 +131,8 @@ def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
     assert later(viewer, 0.02)  # at once, before programs are compiled: the old picture, and the divider
     at_once = seen(viewer)
     assert len(viewer.painter.side_stats) == 1 and 0.001 < changed(at_once, whole) < 0.05
-    assert later(viewer, 0.05)  # before the number of triangles is found in many tries
-    assert [stats["requested_triangles"] for stats in viewer.painter.side_stats] == [None, None]
+    assert later(viewer, 0.05) and viewer.painter.frame.is_sketch  # before the programs and the equal triangles
+    assert changed(seen(viewer), at_once) > 0.2 and len(viewer.painter.side_stats) == 1
     set_budget(viewer, swift())
     settle(viewer)
     left, right = viewer.settings.sides

@@ -60,9 +60,23 @@ def test_a_split_preview_has_no_bound_on_either_side(preview):
     preview.frame(preview.viewer.window.now_s + 0.1)
     assert len(preview.viewer.painter.side_stats) == 1  # the divider over the picture that was there
     preview.frame(preview.viewer.window.now_s + 0.1)
-    assert preview.viewer.scene.is_preview and len(preview.viewer.painter.side_stats) == 2
+    assert preview.viewer.scene.is_preview and preview.viewer.painter.frame.is_sketch
     assert not re.search(_ERROR_WORDS, texts(preview))
-    assert all(stats["certified_max_error_px"] is None for stats in preview.viewer.painter.side_stats)
+
+
+def test_a_new_split_is_a_preview_without_numbers(make_app):
+    app = make_app()
+    app.viewer.settings.divider = 0.6  # both sides have room for their text
+    app.press("t")
+    for _ in range(2):
+        app.frame(app.viewer.window.now_s + 0.01)
+    shown = texts(app)
+    assert app.viewer.painter.frame.is_sketch
+    for side in app.viewer.settings.sides:
+        assert f"preview of the method {side.method}; it promises nothing" in shown
+    assert not re.search(_ERROR_WORDS + r"|[\d,]+ triangles|[\d,]+ patches| ms ", shown), shown
+    settle(app)
+    assert "promises nothing" not in texts(app) and re.search(r"achieved [\d.]+ px", texts(app))
 
 
 @pytest.mark.parametrize("key", ["p", "o"])
