@@ -11,7 +11,7 @@ import numpy as np
 
 from ..basics.boxes import over_blocks
 from ..basics.rect import Rect
-from ..gpu import layout, shaders
+from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..terrain import Terrain
 
@@ -39,8 +39,7 @@ class Pyramid:
         self._first = _places(self.sizes)
         width = max(x + size[0] for (x, _), size in zip(self._first[1:], self.sizes[1:], strict=True))
         height = max(y + size[1] for (_, y), size in zip(self._first[1:], self.sizes[1:], strict=True))
-        self._texture = self.ctx.texture((width, height), 1, dtype="f4")
-        self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._texture = gl.texel_texture(self.ctx, (width, height), "f4")
         self._block = self.ctx.buffer(reserve=16 * layout.MAX_LEVELS)
         self._block.write(np.array([(*first, 0, 0) for first in self._first], "i4").tobytes())
         self._ranges: list[np.ndarray] = []

@@ -99,7 +99,11 @@ def _written(program: Any) -> dict[str, Any]:
 
 
 def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> moderngl.Texture:
-    """A texture of one value per texel, read without interpolation. Outside it, its rim is repeated."""
+    """A texture of one value per texel, read without interpolation. Outside it, its rim is repeated.
+
+    Where a shader reads a `WordTexture`, llvmpipe still has the sampler that an earlier shader had in this place, and
+    compiles the shader again for each other sampler. So all textures that compute shaders read have the same one.
+    """
     texture = ctx.texture(size, 1, dtype=dtype)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     texture.repeat_x = texture.repeat_y = False

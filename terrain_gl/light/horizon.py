@@ -166,6 +166,7 @@ class SkyVisibility:
         texels = moment_texels(moments, self._printed)
         moment_table = self.ctx.texture(texels.shape[1::-1], 4, texels.tobytes(), dtype="f4")
         moment_table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        moment_table.repeat_x = moment_table.repeat_y = False
         open_table = self.ctx.buffer(open_shares(self.sharpness).astype("f4").tobytes())
         tables: dict[str, bindings.Resource] = {"Shares": fresh, "u_moments": moment_table, "Open": open_table}
         thin = thinned(self.terrain)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..camera.view import ViewBlock
+from ..gpu import gl
 from ..heightmap import Heightmap
 from ..terrain import Terrain
 from .land import ROUGH_PX, is_above_ground
@@ -63,7 +64,7 @@ class Horizon:
 
     def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
         shells = shells_within(heightmap, math.hypot(*heightmap.extent_m))
-        self.texture = ctx.texture((SECTORS, shells), 1, dtype="f4")
+        self.texture = gl.texel_texture(ctx, (SECTORS, shells), "f4")
 
     @property
     def bytes(self) -> int:
