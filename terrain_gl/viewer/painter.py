@@ -219,8 +219,6 @@ class Painter:
         """
         self.interrupt()
         _resize(renderer, _smaller(spec.size, COARSEST))
-        for options in spec.sides:
-            renderer.selectors[options.method]  # noqa: B018  all first: after its passes llvmpipe compiles shading again
         for side, options in enumerate(spec.sides):
             plain = replace(options, style="lambert", wires=False, contour_m=None, metric="max")
             renderer.draw(spec.camera, **vars(_hurried(plain, COARSEST)))

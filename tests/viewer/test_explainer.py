@@ -150,6 +150,25 @@ def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
     assert viewer.settings.options == before.otherwise(style="lod")
 
 
+def test_in_a_frozen_view_drawn_places_are_explained_and_no_others(viewer):
+    settle(viewer)
+    press(viewer, "l")
+    controller, renderer = viewer.scene.controller, viewer.scene.renderer
+    middle = 0.5 * np.array(viewer.scene.heightmap.extent_m)
+    controller.pose = Pose((*middle, 1900.0), 0.0, -89.0, 42.0)  # the whole map, from above
+    settle(viewer)
+    is_drawn = []
+    for x in range(20, 320, 20):
+        for y in range(10, 200, 20):
+            viewer.explainer.explain(x, y)
+            if (place := viewer.explainer.place) is None:
+                continue
+            told = viewer.explainer.explanation
+            is_drawn.append(not np.isnan(renderer.drawn_height_at(*map(float, place[:2]))))
+            assert is_drawn[-1] == (told is not None and not told.hidden_by), (x, y)
+    assert min(sum(is_drawn), len(is_drawn) - sum(is_drawn)) > 5
+
+
 def test_only_methods_with_a_bound_explain_patches(viewer):
     for method in METHODS:
         viewer.settings.change(method=method)
