@@ -220,7 +220,7 @@ class Painter:
         self.interrupt()
         _resize(renderer, _smaller(spec.size, COARSEST))
         for side, options in enumerate(spec.sides):
-            plain = replace(options, style="lambert", wires=False, contour_m=None, metric="max")
+            plain = replace(options, style="lambert", wires=False, contour_m=None)
             renderer.draw(spec.camera, **vars(_hurried(plain, COARSEST)))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
         self.drawn = spec
