@@ -24,17 +24,15 @@ from ..store import StoredMap, cache
 from . import report, values
 
 
-def add_options(command: Any, needs_memory: tuple[str, ...] = (), pays_times: int = 1) -> None:
+def add_options(command: Any, pays_times: int = 1) -> None:
     """Add the options of commands whose map may be a store.
 
     Parameters
     ----------
-    needs_memory
-        Options of the command that only work for maps in memory.
     pays_times
         The command draws a raster from a store if it has at least this many times `cache.PAYS_POSTS` posts.
     """
-    command.set_defaults(needs_memory=needs_memory, pays_times=pays_times)
+    command.set_defaults(pays_times=pays_times)
     group = command.add_argument_group("store")
     what = "of a store: MiB of GPU memory for tiles (default: 512)"
     group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
@@ -145,9 +143,6 @@ def _lacks(args: argparse.Namespace) -> str:
         return f"--method {args.method}"
     if getattr(args, "style", None) == "error":
         return "--style error"
-    for name in args.needs_memory:
-        if (value := getattr(args, name)) is not None:
-            return f"--{name} {value:g}"
     return ""
 
 

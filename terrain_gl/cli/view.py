@@ -31,7 +31,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command, optional=True)
     options.add_rendering(command)
-    stores.add_options(command, needs_memory=("exaggeration",))
+    stores.add_options(command)
     command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     what = "type and panels F times as large; Ctrl + and - change it"

@@ -72,13 +72,16 @@ class MapLoader:
     def exaggerate(self, factor: float) -> None:
         """Begin to load the same map with all heights multiplied by `factor`."""
         scene = self._scene
-        if not self._may_scale():
+        if not scene.has_map or scene.is_preview:
             return
-        plain = self._plain_map()
         start = scene.controller.start
         ratio = factor / scene.exaggeration
         camera = replace(start, eye=raised(start.eye, ratio), target=raised(start.target, ratio))
         opened = replace(scene.opened, camera=camera, sun=scene.settings.options.sun)
+        if scene.is_paged:
+            scene.go_on(opened, factor)
+            return
+        plain = self._plain_map()
 
         def opener(progress: Callable[[float], None]) -> Opened:
             return replace(opened, heightmap=scaled(plain, factor, progress))
@@ -94,12 +97,15 @@ class MapLoader:
         assert how
         opened = replace(scene.opened, sun=scene.settings.options.sun)
         name = os.path.basename(how["path"])
+        factor = scene.exaggeration
 
         def opener(progress: Callable[[float], None]) -> Opened:
             given = {option: value for option, value in how.items() if value is not None}
-            return replace(opened, heightmap=Heightmap.open(**given, progress=progress), rest=None)
+            held = scaled(Heightmap.open(**given, progress=progress), factor)
+            return replace(opened, heightmap=held, rest=None)
 
         self.load(name, opener)
+        self._plain = None
         scene.pending_exaggeration = scene.exaggeration
 
     def rescale(self, spacing_m: Pair | None = None, range_m: Pair | None = None) -> None:
@@ -127,7 +133,7 @@ class MapLoader:
     def _may_scale(self) -> bool:
         """Whether the map can be shown with another scale. For a store, a message says why not."""
         if self._scene.is_paged:
-            self._scene.window.say(f"a store keeps its scale: {self._scene.in_memory}", ERROR_S)
+            self._scene.window.say(f"a store keeps its size and its heights: {self._scene.in_memory}", ERROR_S)
             return False
         return self._scene.has_map and not self._scene.is_preview
 

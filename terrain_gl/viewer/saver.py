@@ -24,7 +24,7 @@ from ..image import write_png
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
 from .painter import Painter
-from .scene import FrameSpec, Scene, of_store
+from .scene import FrameSpec, Scene
 from .window_state import Size
 
 SIZES: dict[str, Size | None] = {
@@ -238,7 +238,8 @@ class Saver:
         missing = len(stats.get("tiles_missing", ()))
         lacks = f"; not complete: {missing} tiles are missing" if missing else ""
         try:
-            mesh = land_mesh(renderer.heightmap, triangles, heights, spec.sides[0].voids)
+            drawn = heights * np.float32(spec.sides[0].exaggeration)
+            mesh = land_mesh(renderer.heightmap, triangles, drawn, spec.sides[0].voids)
         except TerrainError as error:
             self._window.say(str(error))
         else:
@@ -265,7 +266,8 @@ class Saver:
         if self.filming.running:
             scene = self._scene
             sun = scene.settings.options.sun
-            self.filming.note(self._window.now_s, scene.controller.camera, sun, scene.controller.near_m)
+            camera = scene.for_renderer(scene.controller.camera)
+            self.filming.note(self._window.now_s, camera, sun, scene.controller.near_m)
 
     def _film(self, flight: CameraPath | None) -> None:
         """Save a flight as a path, and begin to draw its film."""
@@ -329,9 +331,9 @@ class Saver:
         spec = self._scene.frame_spec(SIZES[self.size])
         settings = self._scene.settings
         options = replace(settings.options, contour_m=spec.sides[settings.active].contour_m)
-        options = replace(options, **of_store(options)) if self._scene.is_paged else options
+        options = replace(options, **self._scene.of_store(options)) if self._scene.is_paged else options
         with self._told():
-            line = self.line_of(self._scene.heightmap, spec.camera, spec.size, options)
+            line = self.line_of(self._scene.renderer.heightmap, spec.camera, spec.size, options)
             self.on_copy(line)
             self._window.say(f"copied: {line}", MESSAGE_S)
 
@@ -343,7 +345,7 @@ class Saver:
             return
         path = free_path(self._scene.heightmap.name, "-path.json")
         with self._told():
-            CameraPath([Keyframe(pose.camera) for pose in poses]).save(str(path))
+            CameraPath([Keyframe(self._scene.for_renderer(pose.camera)) for pose in poses]).save(str(path))
             name = shlex.quote(self._scene.opened.key or "MAP")
             film = f"terrain-gl fly {name} --path {path} -o flight{film_suffix()}"
             self._window.say(f"saved {path.absolute()}; to make a film of it: {film}", MESSAGE_S)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -85,8 +86,9 @@ class Scene:
 
     @property
     def heightmap(self) -> Heightmap:
-        """The map that is shown, with all edits."""
-        return self.renderer.heightmap
+        """The map that is shown, with all edits; its heights are multiplied by the exaggeration."""
+        shown = self.renderer.heightmap
+        return _taller(shown, self.exaggeration) if self.is_paged and self.exaggeration != 1 else shown
 
     @property
     def awaits_map(self) -> bool:
@@ -148,12 +150,14 @@ class Scene:
     def go_on(self, opened: Opened, factor: float) -> None:
         """Continue with the same land, its heights multiplied by `factor`; the eye keeps its place over it."""
         before = self.controller
-        now = Controller(opened.heightmap, opened.camera, before.above_ground, before.bookmarks, before.held)
-        now.pose = replace(before.pose, eye=raised(before.pose.eye, factor / self.exaggeration))
+        ratio = factor / self.exaggeration
+        self.exaggeration = factor
+        heightmap = self.heightmap if self.is_paged else opened.heightmap
+        now = Controller(heightmap, opened.camera, before.above_ground, before.bookmarks, before.held)
+        now.pose = replace(before.pose, eye=raised(before.pose.eye, ratio))
         now.change_mode(before.mode)
         self.opened = opened
         self.controller = now
-        self.exaggeration = factor
         self.pending_exaggeration = None
 
     def frame_spec(self, size: Size | None = None) -> FrameSpec:
@@ -162,26 +166,52 @@ class Scene:
         if near_m := self.controller.near_m:
             changes["near_m"] = near_m
         if self.frozen:
-            changes["chosen_for"] = self.frozen
+            changes["chosen_for"] = self.for_renderer(self.frozen)
         sides = [replace(side, **changes, **self._of_map(side)) for side in self.settings.sides]
-        self.controller.bend_per_m = sides[0].seen(self.heightmap, self.controller.camera).bend_per_m
-        picture = self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider
-        return FrameSpec(*picture, self.exaggeration)
+        camera = self.controller.camera
+        self.controller.bend_per_m = self.settings.sides[0].seen(self.heightmap, camera).bend_per_m
+        picture = self.for_renderer(camera), size or self.window.size, tuple(sides), self.settings.divider
+        return FrameSpec(*picture, 1.0 if self.is_paged else self.exaggeration)
+
+    def for_renderer(self, camera: Camera) -> Camera:
+        """A camera of the window as the renderer needs it: with true heights if the map is a store.
+
+        A map in memory is loaded again with higher relief. The relief of a store is exaggerated by `RenderOptions`.
+        """
+        return _camera_raised(camera, 1 / self.exaggeration) if self.is_paged else camera
+
+    def of_view(self, camera: Camera) -> Camera:
+        """The inverse of `for_renderer`."""
+        return _camera_raised(camera, self.exaggeration) if self.is_paged else camera
 
     def _of_map(self, side: RenderOptions) -> dict[str, Any]:
         """Options that depend on the map: a style that a preview can show, and contour lines at true heights."""
         changes: dict[str, Any] = {"style": "lambert"} if self.is_preview and side.style in _OF_ERROR else {}
         if self.is_paged:
-            changes = of_store(side)
-        if side.contour_m is not None and self.exaggeration != 1:
+            changes = self.of_store(side)
+        elif side.contour_m is not None and self.exaggeration != 1:
             low_m, high_m = (height_m / self.exaggeration for height_m in self.heightmap.range_m)
             changes["contour_m"] = self.exaggeration * (side.contour_m or interval_m(low_m, high_m))
         return changes
 
+    def of_store(self, side: RenderOptions) -> dict[str, Any]:
+        """Changes of options that a store needs: the method "sat", exaggerated relief, and water at a true height."""
+        water_m = None if side.water_m is None else side.water_m / self.exaggeration
+        return {"method": "sat", "parameters": None, "exaggeration": self.exaggeration, "water_m": water_m}
 
-def of_store(side: RenderOptions) -> dict[str, Any]:
-    """Changes of options that a store needs: the method "sat"."""
-    return {"method": "sat", "parameters": None}
+
+def _taller(heightmap: Heightmap, factor: float) -> Heightmap:
+    """A store for reading alone, whose posts have `factor` times their heights."""
+    drawn = copy(heightmap)
+    drawn.heights = heightmap.heights * factor
+    low_m, high_m = heightmap.range_m
+    drawn.range_m = factor * low_m, factor * high_m
+    return drawn
+
+
+def _camera_raised(camera: Camera, factor: float) -> Camera:
+    """A camera with the heights of its eye and of its target multiplied."""
+    return replace(camera, eye=raised(camera.eye, factor), target=raised(camera.target, factor))
 
 
 def raised(place: Vector, factor: float) -> Vector:

@@ -266,7 +266,7 @@ class Sculpting:
             self._window.say("the brush is still at work" if self.tool else "the map is still being loaded")
         else:
             try:
-                self.writer = MapWriter(path, self._scene.heightmap, self._scene.exaggeration, self.tool.land)
+                self.writer = MapWriter(path, self._scene.renderer.heightmap, self._scene.exaggeration, self.tool.land)
             except TerrainError as error:
                 self._window.say(str(error))
 
@@ -286,7 +286,7 @@ class Sculpting:
         """Begin to write unsaved land to the recovery file; returns its path, or "" if all land is saved."""
         if not self.tool or not self.unsaved:
             return ""
-        self.recovery.write(self._scene.heightmap, self._scene.exaggeration, self.tool.land)
+        self.recovery.write(self._scene.renderer.heightmap, self._scene.exaggeration, self.tool.land)
         return str(self.recovery.path or "")
 
     def join(self) -> None:

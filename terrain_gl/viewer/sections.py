@@ -151,7 +151,8 @@ def camera_section(ui: Widgets, scene: Scene, press: Press) -> None:
     names = ("fly to a view", *PRESETS)
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
         seen = controller.heightmap
-        controller.travel_to(Pose.of(scene.beside_panel(PRESETS[name](seen.coarse(), controller.fov_deg))))
+        view = scene.of_view(PRESETS[name](seen.coarse(), controller.fov_deg))
+        controller.travel_to(Pose.of(scene.beside_panel(view)))
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)

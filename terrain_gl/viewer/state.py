@@ -86,7 +86,7 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
 def _camera(scene: Scene, view: Any) -> Camera:
     if view == FIRST:
         return scene.opened.camera
-    return VIEWS[view](scene.heightmap.coarse(), 45.0) if isinstance(view, str) else _pose(view).camera
+    return scene.of_view(VIEWS[view](scene.heightmap.coarse(), 45.0)) if isinstance(view, str) else _pose(view).camera
 
 
 def _pose(view: dict[str, Any]) -> Pose:

@@ -45,7 +45,7 @@ def colour_of(level: int, top: int) -> Colour:
 def show(ui: Widgets, terrain: PagedTerrain, controller: Controller) -> None:
     """Build the map, and its legend."""
     imgui = ui.imgui
-    east, north = terrain.heightmap.extent_m
+    east, north = controller.heightmap.extent_m
     levels = finest_levels(terrain.levels)
     scale = min(imgui.get_content_region_avail()[0] / east, TALLEST_EM * ui.em / north)
     width, height = east * scale, north * scale

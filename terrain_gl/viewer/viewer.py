@@ -157,6 +157,8 @@ class Viewer:
         elif opened is not scene.opened:  # a sample was shown, and this is its map
             self.loader.map_shown(opened)
             scene.go_on(opened, scene.exaggeration)
+        if replaces_preview and not is_preview and opened.exaggeration != 1:
+            self.exaggerate(opened.exaggeration)
         if opened.note and not is_preview:
             self.window.say(opened.note, HINT_S)
         renderer.picture.waits_for_light = False
@@ -210,6 +212,8 @@ class Viewer:
             self.window.say("the brush is still at work")
         else:
             self.loader.exaggerate(factor)
+            self._draped = None
+            self.window.refresh()
 
     def hold_in_memory(self) -> None:
         """Load the raster itself into memory, in place of its store, unless edits would be lost."""
@@ -411,8 +415,12 @@ class Viewer:
         lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
         if lines := [*self._draped, *lines]:
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
-            seen = scene.controller.camera, self.target, self.window.size
-            self._lines.draw(scene.renderer.picture, *seen, lines, 2 * self.window.scale)
+            eye = scene.controller.camera
+            if scene.is_paged:  # the renderer divides all distances by the exaggeration
+                spec = scene.frame_spec()
+                eye = spec.sides[0].seen(scene.renderer.heightmap, spec.camera)
+                lines = [(points / scene.exaggeration, colour) for points, colour in lines]
+            self._lines.draw(scene.renderer.picture, eye, self.target, self.window.size, lines, 2 * self.window.scale)
         if (box := self.explainer.box) and not self.settings.help:
             canvas.show_sums(scene.renderer, self.target, self.sums_frame, box.box)
 

@@ -169,8 +169,7 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
 
     assert "method sat" in said(lambda: app.press("f"))
     assert "none of the whole map" in said(lambda: app.press("u"))
-    assert "keeps its scale" in said(lambda: viewer.exaggerate(2.0))
-    assert "keeps its scale" in said(lambda: viewer.set_spacing("3"))
+    assert "keeps its size and its heights" in said(lambda: viewer.set_spacing("3"))
     copied = []
     viewer.saver.line_of, viewer.saver.on_copy = command_line, copied.append
     assert "copied" in said(lambda: app.press("y"))
@@ -225,6 +224,76 @@ def test_heights_of_a_saved_mesh_stay_when_the_camera_flies_on(hills):
         assert np.abs(pool.filled[:, :] - kept).max() > 0.1
         pool.filled.copies[:] = 0.0
         np.testing.assert_array_equal(heights[:, :], kept)
+
+
+def test_a_store_is_exaggerated_at_once(shown, hills, tmp_path, monkeypatch):
+    app, stored = shown
+    viewer = app.viewer
+    scene, controller = viewer.scene, viewer.scene.controller
+    stored.gate.set()
+    monkeypatch.chdir(tmp_path)
+    viewer.settings.change_all(water_m=0.0)
+    until_complete(app)
+    before = seen(app), controller.eye[2], viewer.pointer.place_under(240, 200)
+    viewer.exaggerate(2.0)
+    until_complete(app)
+    assert viewer.loader.job is None and scene.exaggeration == 2 and np.abs(seen(app) - before[0]).max() > 20
+    assert scene.controller.eye[2] == pytest.approx(2 * before[1]) and scene.controller.height_above_ground_m > 0
+    spec = scene.frame_spec()
+    assert spec.camera.eye[2] == pytest.approx(before[1]) and spec.sides[0].exaggeration == 2
+    places = scene.renderer.picture.places()[0]
+    for x, y in on_land(places, 5):  # what the cursor points at is what the pixel shows
+        place = viewer.pointer.place_under(x, y)
+        drawn = places[y, x]
+        assert (place[0] / 2, 199 - place[1] / 2) == pytest.approx(drawn, abs=1.5)
+        truth = 2 * scene.renderer.height_at(place[0], place[1])
+        assert place[2] == pytest.approx(truth, abs=1.0) and scene.heightmap.range_m[1] == 2 * hills[0].range_m[1]
+    viewer.settings.change_all(water_m=20.0)  # in the window's metres, as of a map in memory
+    assert scene.frame_spec().sides[0].water_m == 10.0
+    viewer.saver.line_of = command_line
+    app.press("y")
+    assert "--exaggeration 2" in viewer.window.message and "--water 10" in viewer.window.message
+    viewer.saver.mesh_format = ".obj"
+    app.press("o")
+    viewer.saver.join()
+    lines = (tmp_path / "s-001.obj").read_text().splitlines()
+    x, y, z = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], float).T
+    whole = (x % 2 == 0) & (y % 2 == 0)  # vertices on posts
+    truth = 2 * hills[0].heights[199 - (y[whole] / 2).astype(int), (x[whole] / 2).astype(int)]
+    np.testing.assert_allclose(z[whole], truth, atol=1e-3)
+    viewer.exaggerate(1.0)
+    viewer.settings.change_all(water_m=0.0)
+    viewer.window.message = ""
+    until_complete(app)
+    assert scene.controller.eye[2] == pytest.approx(before[1]) and scene.frame_spec().sides[0].exaggeration == 1
+    np.testing.assert_allclose(viewer.pointer.place_under(240, 200), before[2], atol=2.0)  # a post: other tiles
+
+
+def on_land(places, count):
+    """Some pixels, column and row, that see land, from the furthest to the nearest."""
+    rows, cols = np.nonzero(places[..., 0] >= 0)
+    return [(cols[i], rows[i]) for i in np.linspace(0.2 * len(rows), 0.9 * len(rows), count).astype(int)]
+
+
+def test_lines_lie_on_the_exaggerated_land_of_a_store(shown):
+    app, stored = shown
+    viewer = app.viewer
+    stored.gate.set()
+    viewer.settings.panel = False
+    viewer.settings.change_all(wires=False)
+    viewer.exaggerate(2.0)
+    until_complete(app)
+    bare = seen(app)
+    x, y = on_land(viewer.scene.renderer.picture.places()[0], 3)[1]
+    viewer.explainer.explain(x, y)
+    place, patch = viewer.explainer.place, viewer.explainer.explanation
+    assert all(
+        0 <= at - first <= patch.side
+        for at, first in zip((place[0] / 2, 199 - place[1] / 2), patch.corner, strict=True)
+    )
+    later(app)
+    orange = (np.abs(seen(app) - [255, 120, 90]).max(-1) < 30) & (np.abs(seen(app) - bare).max(-1) > 30)
+    assert orange.sum() > 20
 
 
 def test_a_split_picture_of_a_store_compares_two_metrics(shown):
@@ -449,7 +518,7 @@ def test_a_large_raster_is_a_preview_until_its_store_is_made(large, session_cont
 
 def test_options_that_a_store_lacks_hold_the_raster_in_memory(large, run, monkeypatch):
     raster, _ = large
-    for words in (("--exaggeration", 2), ("--method", "quadtree"), ("--no-cache",)):
+    for words in (("--method", "quadtree"), ("--no-cache",)):
         opened = opener_of(run, monkeypatch, raster, *words)(lambda share: None)
         assert not opened.heightmap.is_store and opened.rest is None and opened.heightmap.cols == 400
 
@@ -479,6 +548,23 @@ def test_a_full_picture_waits_for_the_light_of_its_tiles(shown, monkeypatch, rip
     stored.gate.set()
     until_complete(app)
     assert (unlit == [0]) == (ripe_s > 0)
+
+
+def test_a_large_raster_is_exaggerated_once_its_store_is_made(large, session_context, run, monkeypatch):
+    raster, gate = large
+    gate.set()
+    opener = opener_of(run, monkeypatch, raster, "--exaggeration", 2)
+    with app_alone(session_context) as app:
+        app.viewer.loader.load(raster, opener)
+        app.viewer.loader.job.join()
+        until_complete(app)
+        assert app.viewer.scene.is_paged and app.viewer.scene.exaggeration == 2
+        app.viewer.hold_in_memory()
+        app.viewer.loader.job.join()
+        until_complete(app)
+        scene = app.viewer.scene
+        assert not scene.is_paged and scene.exaggeration == 2
+        assert scene.heightmap.range_m[1] == pytest.approx(2 * 548.5)
 
 
 def test_a_large_raster_of_the_dialog_gets_a_store_too(large):
