@@ -30,7 +30,7 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
     if path := ui.enter("file", viewer.loader.refused, PATH, hint):
         viewer.open(path)
     if viewer.scene.raster_behind:
-        hint = "The raster itself instead of its store: other methods, scales."
+        hint = "The raster itself instead of its store: other methods, another size, other heights."
         if ui.button("Hold in memory", hint):
             viewer.hold_in_memory()
     east, north = opened.heightmap.spacing_m

@@ -40,6 +40,22 @@ def test_a_large_map_has_a_preview_while_its_tables_are_built(empty):
     assert empty.painter.frame.measured_px["max"] <= 1
 
 
+def test_a_map_that_had_a_preview_has_the_exaggeration_that_was_asked_for(empty):
+    n = 4 * PREVIEW_POSTS + 1
+    heightmap = Heightmap(np.add.outer(np.sin(np.arange(60) / 9.0), np.cos(np.arange(n) / 60.0)) * 20, 10.0, "long")
+    empty.settings.change_all(style="lambert")
+    opened = Opened(heightmap, Camera.default(heightmap), key="long", exaggeration=2.0)
+    set_budget(empty, slow())
+    empty.loader.load("long", lambda progress: opened)
+    empty.loader.job.join()
+    while not empty.scene.has_map:
+        later(empty)
+    assert empty.scene.is_preview and empty.scene.exaggeration == 1
+    set_budget(empty, swift())
+    settle(empty)
+    assert empty.scene.exaggeration == 2 and empty.scene.heightmap.range_m[1] == 2 * heightmap.range_m[1]
+
+
 def test_a_file_is_loaded_beside_the_map_that_is_seen(viewer, tmp_path):
     settle(viewer)
     before = viewer.scene.renderer
