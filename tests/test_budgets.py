@@ -1,7 +1,6 @@
 """A budget of triangles: what decides the mesh."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from ring_scenes import change_shaders, clipmap_of, patches_of, surface_errors, 
 from terrain_gl.camera import Camera
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import Goal, budget
+from terrain_gl.lod import budget
 
 POSTS, SPACING_M = 129, 10.0
 
@@ -100,18 +99,6 @@ def test_every_budget_is_used(ctx, terraces):
         assert 0.9 * triangles < terraces.select(camera, triangles=triangles).triangles <= triangles
 
 
-@given(st.integers(100, 10**6), st.floats(1.0, 1.6), st.floats(0.0, 0.04))
-def test_the_search_finds_the_largest_mesh_that_fits(triangles, cut, plateau):
-    """Edges add triangles to the target, and many targets have the same mesh."""
-    step = max(1, int(plateau * triangles))
-
-    def mesh_for(target):
-        return SimpleNamespace(triangles=int(cut * (target // step) * step), price=1.0)
-
-    found = budget.spend(triangles, mesh_for).triangles
-    assert min(budget.CLOSE * triangles, triangles - cut * step - 2) * 0.98 <= found <= triangles
-
-
 # --- The metric "max": the smallest tolerance -------------------------------------------------------------------------
 
 
@@ -138,25 +125,24 @@ def test_if_no_tolerance_fits_the_mesh_is_that_of_least_squares(ctx, terraces):
     assert few.triangles <= coarsest // 2 and few.price is not None
 
 
-@given(st.integers(100, 10**6), st.floats(-1.5, -0.4), st.floats(0.0, 0.3))
-def test_the_search_for_a_tolerance(triangles, slope, plateau):
-    """Triangles fall with the tolerance, in steps. The mesh fits, and a tolerance a little smaller does not."""
-    tried = []
+RANGES = [(budget.TOLERANCE, 0.0), (budget.PRICE, 0.0), (budget.MEAN, budget.FIRST_MEAN)]
 
-    def meshes(log2_px):
-        step = 2.0 ** (math.floor((math.log2(50_000) + slope * log2_px) / max(plateau, 1e-6)) * max(plateau, 1e-6))
-        return SimpleNamespace(triangles=min(int(step), 10**7))
 
-    def select(goal):
-        tried.append(goal.tolerance_px)
-        assert goal.triangles is None
-        return meshes(math.log2(goal.tolerance_px))
+@given(st.sampled_from(RANGES), st.integers(100, 10**6), st.floats(0.3, 3.0), st.floats(0.0, 0.3))
+def test_the_search_ends_at_the_limit(range_and_first, limit, slope, plateau):
+    """What a mesh uses falls with x, in steps. The mesh fits, and that of an x a little smaller does not."""
+    (range_, first), tried = range_and_first, []
 
-    found = budget.smallest_tolerance(Goal(metric="max", triangles=triangles), select).triangles
-    at = math.log2(tried[-1])
-    assert found == meshes(at).triangles <= triangles and len(tried) < 25
-    assert (
-        found >= budget.CLOSE * triangles
-        or at <= budget.FINEST_PX_LOG2
-        or (meshes(at - budget.SURE_LOG2).triangles > triangles)
-    )
+    def used(x):
+        octaves = math.log2(50_000) - slope * range_.falls * x
+        return min(2.0 ** (math.floor(octaves / max(plateau, 1e-6)) * max(plateau, 1e-6)), 1e7)
+
+    def mesh_at(x):
+        tried.append(x)
+        return x
+
+    at = budget.smallest(limit, mesh_at, used, range_, first)
+    assert at == tried[-1] and len(tried) <= budget.TRIES + 4
+    assert used(at) <= limit or at == range_.highest
+    is_end = at in (range_.lowest, range_.highest)
+    assert used(at) >= budget.CLOSE * limit or is_end or used(at - 0.5) > limit

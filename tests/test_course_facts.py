@@ -387,7 +387,7 @@ def test_every_fact_stands_in_its_page_and_has_its_check():
         ("test", "tests/test_course_facts.py::test_that_nobody_wrote"),
         ("task", "1.9"),
         ("proof", "docs/guarantee.md section 99"),
-        ("code", "glsl/lod/rings/prices.glsl: #define PRICES 32"),
+        ("code", "terrain_gl/lod/budget.py: TRIES = 32"),
         ("source:", "Nobody"),
         ("measured:", "python course/nothing.py"),
         ("derived:", ""),

@@ -9,7 +9,7 @@ from ring_scenes import change_shaders
 
 import terrain_gl as tg
 from terrain_gl import reference
-from terrain_gl.lod import hiding, rings
+from terrain_gl.lod import budget, hiding, rings
 from terrain_gl.shade.picture import UNLIT
 from terrain_gl.verify import measure
 
@@ -62,8 +62,12 @@ def valley():
         yield renderer, in_a_valley(heights)
 
 
-def test_the_picture_is_the_same_to_the_bit(ctx):
-    """Eyes above the ground, beside the map and below it; both metrics; voids filled or cut out; a round Earth."""
+def test_the_picture_is_the_same_to_the_bit(ctx, monkeypatch):
+    """Eyes above the ground, beside the map and below it; both metrics; voids filled or cut out; a round Earth.
+
+    A mean is over the drawn land, so its price depends on what is hidden. Here every mean has the first price tried.
+    """
+    monkeypatch.setattr(budget, "smallest", lambda _, mesh_at, used, range_, at: replace(mesh_at(at), certified_px=0.0))
     rng = np.random.default_rng(1)
     hidden = 0
     lands = tg.Heightmap(waves(), SPACING_M), tg.Heightmap(ridges(90, 129, 2), (10.0, 13.0)), random_map(rng, 60, 80)

@@ -37,7 +37,6 @@ WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the fu
     "lod/rings/place.comp",
     "lod/rings/agree.comp",
     "lod/rings/spawn.comp",
-    "lod/rings/try.comp",
     "lod/rings/weigh.comp",
     "mesh/bilinear.tesc",
     "mesh/error.frag",

@@ -12,7 +12,7 @@ uniform ivec2 u_count;
 
 struct Worst {
     vec3 max_m;             // as a quad, as a fan, as a cell of a patch with any edges cut
-    vec3 squares;           // sums over the node's own posts, in the same order
+    vec3 squares;           // sums of squares: quad and fan over the node's own posts, the cell over its area
     uint voids;
     vec4 whole_m, split_m;  // errors of the fan's wedges with whole and with split edges
 };
@@ -80,14 +80,23 @@ bool meets_data(Node n, ivec2 place) {
 }
 #endif
 
+// The part of the cells around a post that are cells of the node: 1, 1/2 on its edges, 1/4 at its corners.
+float share_of(Node n, ivec2 place) {
+    vec2 on_edge = vec2(equal(place, ivec2(0))) + vec2(equal(place, n.high - n.low));
+    return (1.0 - 0.5 * on_edge.x) * (1.0 - 0.5 * on_edge.y);
+}
+
 void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
     bool is_filled = is_void(n.low + place);
     w.voids |= uint(is_filled);
     if (is_filled) return;
     vec3 e = most_m(n, at);
     bool own = is_own(n, place);
-    if (own) w.squares += e * e;
-    if (own || meets_data(n, place)) gather(w, n, at);
+    if (own) w.squares.xy += e.xy * e.xy;
+    if (own || meets_data(n, place)) {
+        w.squares.z += share_of(n, place) * e.z * e.z;
+        gather(w, n, at);
+    }
 }
 
 // The largest error over a cell of the map is at a post, or on its diagonal from a to b: docs/guarantee.md, section 1.
@@ -98,7 +107,8 @@ vec4 over_halves(vec4 worst, vec4 a, vec4 b, float twist) {
 // If one triangle covers a cell, its error is largest at a post. This function is for a cell that an edge of the mesh
 // crosses. In a square node, the edge is the cell's diagonal from a to b. In a node that the map's rim cuts off, an
 // edge may cross any cell between its posts. Then the twist adds |t|/4 at most, and the bend adds kink_m.
-// Over the cell, the two triangles are off by |t|/√90 = 0.10541 |t| in the root mean square: docs/guarantee.md.
+// Over the cell, the two triangles are off by |t|/√90 = 0.10541 |t| in the root mean square, and over the places that
+// are measured by up to |t| √(13/1024) = 0.11268 |t|: docs/guarantee.md.
 void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, vec2 kink_m) {
     PostErrors worst = a;
     worst.drawn = max(max(a.drawn, b.drawn), max(c.drawn, d.drawn));
@@ -117,7 +127,7 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
     }
     most.wedges = a.wedges | b.wedges | c.wedges | d.wedges;
     gather(w, n, most);
-    vec3 mean = abs(twist) * 0.10541 + kink_m.xyx + n.rounding_m;
+    vec3 mean = abs(twist) * vec3(0.10541, 0.10541, 0.11268) + kink_m.xyx + n.rounding_m;
     w.squares += mean * (2.0 * most_m(n, worst) + mean);
 }
 

@@ -279,8 +279,9 @@ RING_SUMMARY = np.dtype(
         ("worst_px", "f4"),
         ("blocks", "u4"),
         ("unagreed", "u4"),
-        ("farthest_px", "f4"),
         ("hidden", "u4"),
         ("written", "u4"),
+        ("squares", "<u8"),
+        ("land", "<u8"),
     ]
 )

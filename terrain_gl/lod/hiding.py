@@ -27,7 +27,7 @@ SECTORS = 1024  # all around the eye
 SHELLS_PER_DOUBLING = 45.0  # as glsl/lod/rings/hidden.glsl has them
 SHELL_SPACINGS = 64.0
 SNAP_PX = 1 / 32  # the rasteriser moves a vertex to a 256th of a pixel
-FARTHEST = {"max": 1.0, "rms": 8.0}  # largest screen error of the drawn surface, as a multiple of the tolerance
+FARTHEST = {"max": 1.0, "rms": 16.0}  # largest screen error of the drawn surface, as a multiple of the tolerance
 _NOTHING: dict[str, Any] = {"sectors": (0, 0), "shells": 0, "tan_off": 0.0}
 
 

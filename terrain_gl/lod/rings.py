@@ -31,7 +31,7 @@ from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from . import budget
-from .hiding import NO_HIDING, SECTORS, Horizon, hiding, ridge_before
+from .hiding import FARTHEST, NO_HIDING, SECTORS, Horizon, hiding, ridge_before
 from .land import rings_in_picture
 from .patches import OfPatches
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around
@@ -39,6 +39,8 @@ from .selection import INFINITE_PX, METRES, Goal, Selection
 
 AGREEING = 2  # rounds of `agree` that run at once; only then Python checks whether leaves are still queued
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
+PRICED = ("budget", "mean")  # a price decides, and no tolerance
+MEAN_ACROSS = (BLOCKS_ACROSS, 64)  # blocks across a ring for a mean: more if units are too large for a narrow view
 SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
 _UNITS = BLOCK_SIDE * BLOCK_SIDE
 _BARRIER = (
@@ -49,9 +51,10 @@ _BARRIER = (
     | moderngl.TEXTURE_FETCH_BARRIER_BIT
 )
 _ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that differ between metrics and budgets
-    **dict.fromkeys(("agree", "count"), {"rms": {"MEAN": 1}}),
-    "decide": {"rms": {"MEAN": 1}, "few": {"PATCH_COST": budget.PATCH_COST}},
-    **dict.fromkeys(("weigh", "try", "spend"), {"budget": {"PATCH_COST": budget.PATCH_COST}}),
+    "count": {"mean": {"MEAN": 1}},
+    "decide": {"few": {"PATCH_COST": budget.PATCH_COST}},
+    "weigh": {"mean": {"MEAN": 1, "FARTHEST": FARTHEST["rms"]}},
+    "spend": dict.fromkeys(("budget", "mean"), {"PATCH_COST": budget.PATCH_COST}),
 }
 
 
@@ -66,10 +69,8 @@ class RingsSelector(OfPatches):
         self._kernels: dict[tuple[str, str, bool], Any] = {}
         self._variant = "max"
         self._last_stamp = 0
-        self._is_weighed = False
         # a software renderer runs eight threads at a time, and more threads cost more to start
         self._threads = 8 if gl.wants_few_groups(ctx) else 64
-        self._tried = ctx.buffer(reserve=4 + 4 * budget.PRICES * budget.PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
         self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads, "SECTORS": SECTORS}
@@ -87,9 +88,9 @@ class RingsSelector(OfPatches):
         """Choose the patches for a picture of `size` (width, height).
 
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
-        root mean square of that error. With a number of triangles, the mesh has at most that many. With the metric
-        "max", it is the mesh of the smallest tolerance. With "rms", it is the mesh of the rings' squares that minimises
-        the sum of squared screen errors, weighted by `reference.post_weights`.
+        root mean square of that error over the drawn land in the picture. With a number of triangles, the mesh has at
+        most that many. With the metric "max", it is the mesh of the smallest tolerance. With "rms", it is the mesh of
+        the rings' squares that minimises the sum of squared screen errors, weighted by `reference.post_weights`.
         """
         if goal.triangles and goal.metric == "max":
             return budget.smallest_tolerance(
@@ -100,13 +101,12 @@ class RingsSelector(OfPatches):
     def _choose(
         self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal, few: int | None = None
     ) -> Selection:
-        """Choose patches for a tolerance, or for a budget of least squares.
+        """Choose patches for a tolerance, a mean, or a budget of least squares.
 
         `few` is a number of triangles: the tolerance is one of those tried for this budget, and a patch costs less.
         """
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
-        self._variant = "budget" if triangles else "few" if few else goal.metric
         self._hiding = hiding(self.terrain, self.view, camera, size, goal)
         view = self.terrain.heightmap, camera, size, near_m
 
@@ -114,8 +114,14 @@ class RingsSelector(OfPatches):
             rings = self._rings_of(camera, across, left_out)
             return rings_in_picture(rings, *view) if goal.cull else rings
 
+        has_mean = goal.metric == "rms" and not triangles and goal.tolerance_px > 0
+        for across in MEAN_ACROSS if has_mean else ():
+            if mesh := self._mean(rings(across), goal):
+                return mesh
         if not triangles:
+            self._variant = "few" if few else "max"
             return self._keep(rings(across_for(few) if few else BLOCKS_ACROSS))
+        self._variant = "budget"
         for left_out in range(self.terrain.coarsest_ring):  # all rings together may need more triangles than allowed
             selection = self._spend(rings(across_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
@@ -153,35 +159,47 @@ class RingsSelector(OfPatches):
 
     def _spend(self, rings: list[Ring], triangles: int) -> Selection:
         """Choose patches for a budget of least squares."""
-        self._is_weighed = False
-        return budget.spend(triangles, lambda target: self._at_target(rings, target))
 
-    def _at_target(self, rings: list[Ring], target: int) -> Selection:
-        while True:
-            blocks = self._begin(rings)
-            self._price(blocks, target)
-            self._run("spend", _work("seen"), target=target)
-            self._bind()  # the passes for prices have bound other buffers to some of the same binding points
-            summary = self._finish()
-            price = float(np.frombuffer(self._tried.read(4), "f4")[0])
-            selection = replace(self._selection(summary), price=price if price > budget.CHEAPEST else 0.0)
-            if self._has_room(int(summary["blocks"]), selection):
-                return selection
+        def mesh_at(log2_price: float) -> Selection:
+            return self._at_price(rings, 2.0**log2_price)[0]
 
-    def _price(self, blocks: int, target: int) -> None:
-        """Compute the error of every square, and find the price: each pass counts triangles at many prices at once.
+        self._weigh(rings)
+        return budget.smallest(triangles, mesh_at, lambda mesh: mesh.triangles, budget.PRICE, 0.0)
 
-        Neither the errors nor the first pass depend on the target.
-        """
+    def _mean(self, rings: list[Ring], goal: Goal) -> Selection | None:
+        """Choose patches for a mean over the picture. None if the tables prove none; then each patch must keep it."""
+        hiding = self._hiding
+        tolerance_px = float(goal.settings["tolerance_px"])
+
+        def mesh_at(x: float) -> Selection:
+            self._hiding = hiding  # the mesh tried before may have had to show hidden land
+            mesh, summary = self._at_price(rings, tolerance_px**2 * 2.0**-x)
+            return replace(mesh, certified_px=tolerance_px * _mean(summary), farthest_px=mesh.certified_px)
+
+        self._variant = "mean"
+        self._weigh(rings)
+        mesh = budget.smallest(tolerance_px, mesh_at, _certified_px, budget.MEAN, budget.FIRST_MEAN)
+        self._hiding = hiding
+        return mesh if _certified_px(mesh) <= tolerance_px else None
+
+    def _weigh(self, rings: list[Ring]) -> None:
+        """Compute the squared error of every square: it does not depend on the price."""
+        blocks = self._begin(rings)
         self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
-        bind("lod/rings/prices.glsl", Weights=self._weights, Tried=self._tried)
-        first = 1 if self._is_weighed else 0
-        self._tried.write(bytes(4 * budget.PRICES * (budget.PASSES - first)), offset=4 + 4 * budget.PRICES * first)
-        if not self._is_weighed:
-            self._run("weigh", _work("seen"))
-        for i in range(first, budget.PASSES):
-            self._run("try", _work("seen"), **{"pass": i, "target": target})
-        self._is_weighed = True
+        bind("lod/rings/prices.glsl", Weights=self._weights)
+        self._run("weigh", _work("seen"))
+
+    def _at_price(self, rings: list[Ring], price: float) -> tuple[Selection, np.void]:
+        """The mesh for a price of a triangle, and its record `layout.RING_SUMMARY`."""
+        while True:
+            self._begin(rings)
+            bind("lod/rings/prices.glsl", Weights=self._weights)
+            self._run("spend", _work("seen"), price=price)
+            self._bind()  # the weights have taken the binding point of another buffer
+            summary = self._finish()
+            selection = replace(self._selection(summary), price=price if price > 2.0**budget.PRICE.lowest else 0.0)
+            if self._has_room(int(summary["blocks"]), selection):
+                return selection, summary
 
     def ridge_before(self, x: float, y: float) -> tuple[float, float]:
         """World (x, y) of the ridge that hides a place (x, y), for the last selection."""
@@ -191,7 +209,7 @@ class RingsSelector(OfPatches):
 
     def release(self) -> None:
         """Release GPU resources."""
-        own = self._rings, self._tried, self._weights, self._horizon
+        own = self._rings, self._weights, self._horizon
         for resource in (*own, *self._buffers.values(), *self._kernels.values()):
             resource.release()
 
@@ -257,7 +275,7 @@ class RingsSelector(OfPatches):
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             has_agreed = not summary["unagreed"]
-            if float(summary["farthest_px"]) > self._hiding.farthest_px > 0:
+            if float(summary["worst_px"]) > self._hiding.farthest_px > 0:
                 self._hiding = NO_HIDING  # the horizon is only right for smaller errors: run again without it
             elif has_agreed:
                 self._last_stamp = self._last_stamp + over
@@ -269,7 +287,7 @@ class RingsSelector(OfPatches):
         if over:
             self._forget_queues(over)
         for r in range(over, over + AGREEING):
-            self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, budget=self._variant == "budget")
+            self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, priced=self._variant in PRICED)
         return over + AGREEING
 
     def _forget_queues(self, over: int) -> None:
@@ -308,14 +326,14 @@ class RingsSelector(OfPatches):
         draws = sum(-(-n // _most_in_draw(s)) for s, n in enumerate(counts))
         most = sum(n * (2 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all edges were cut
         worst_px = float(summary["worst_px"])
-        certified_px = worst_px if worst_px < INFINITE_PX else math.inf
+        farthest_px = worst_px if worst_px < INFINITE_PX else math.inf
         return Selection(
             self,
             counts,
             int(summary["triangles"]),
             most,
             int(summary["splits"]),
-            certified_px,
+            farthest_px,
             draws,
             hidden=int(summary["hidden"]),
         )
@@ -356,6 +374,16 @@ class RingsSelector(OfPatches):
         self.patches = self._buffers["patches"]
         self.draws = self._buffers["draws"]
         self._most_blocks = blocks
+
+
+def _certified_px(mesh: Selection) -> float:
+    return math.inf if mesh.certified_px is None else mesh.certified_px
+
+
+def _mean(summary: np.void) -> float:
+    """The bound of the root mean square over the drawn land, in tolerances: `reference.rings.mean_px`."""
+    squares, land = int(summary["squares"]) / 64, int(summary["land"])
+    return math.sqrt(squares / land) if land else math.inf
 
 
 def _no_work() -> np.ndarray:

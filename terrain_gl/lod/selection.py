@@ -43,6 +43,11 @@ class Goal:
     has_holes: bool = False
 
     @property
+    def is_priced(self) -> bool:
+        """Whether a patch may be over the tolerance: with a budget, and with a mean over the picture."""
+        return self.triangles is not None or self.metric == "rms"
+
+    @property
     def settings(self) -> dict[str, Any]:
         """The fields of the `View` block that decide the level of detail."""
         metric = (*METRICS, METRES).index("max" if self.triangles else self.metric)  # budgets are certified in "max"
@@ -66,15 +71,18 @@ class Selection:
     splits
         Of the quadtree: nodes that were split. Of the clipmap: leaves smaller than their block.
     certified_px
-        The bound of the screen error over all patches, in the requested metric; in metres with `METRES`; None if
+        The bound of the screen error over all drawn patches, in the requested metric; in metres with `METRES`; None if
         nothing is certified.
     draws
         Number of indirect commands in the surface's buffer `draws`.
     price
-        With a budget of least squares: the squared pixels that one more triangle would have to remove; 0 if none can.
+        With a budget of least squares, or a mean: the squared pixels that one more triangle would have to remove; 0 if
+        none can.
     hidden
         Number of patches that were chosen but are hidden. In the surface's `patches`, their records follow those of
         the drawn patches.
+    farthest_px
+        The bound of a point, if `certified_px` is that of a mean over the picture.
     cracks
         Number of edges whose two sides have different vertices, if patches do not agree on edges (`lod.cracks`).
     """
@@ -88,6 +96,7 @@ class Selection:
     draws: int
     price: float | None = None
     hidden: int = 0
+    farthest_px: float | None = None
     cracks: int | None = None
 
     @property

@@ -65,13 +65,13 @@ class DrawnPatches:
     def open_to(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
         """Which patches may become better with finer pages, and the finest level that is loaded under each patch.
 
-        With a tolerance: patches over tolerance. With a budget: patches whose spacing is as fine as their pages allow;
-        the pages of other patches would have allowed a finer spacing. Under a patch with all posts loaded, there are no
-        finer pages.
+        With a tolerance: patches over tolerance. If a price decides: patches whose spacing is as fine as their pages
+        allow; the pages of other patches would have allowed a finer spacing. Under a patch with all posts loaded, there
+        are no finer pages.
         """
         finest = self.terrain.resident_level(self.boxes, np.clip(self._side_log2 - 6, 0, self.terrain.top_level))
-        budget = (self._step_log2 <= finest) & (self.bound_px > 0)
-        return (budget if goal.triangles else self.bound_px > goal.tolerance_px) & (finest > 0), finest
+        priced = (self._step_log2 <= finest) & (self.bound_px > 0)
+        return (priced if goal.is_priced else self.bound_px > goal.tolerance_px) & (finest > 0), finest
 
     def on_rims(self, finest: np.ndarray) -> np.ndarray:
         """Which patches have a rim of a void that finer pages would draw more sharply.
@@ -92,10 +92,10 @@ class DrawnPatches:
     def within(self, goal: Goal) -> float:
         """Approximate share of the picture whose patches are within the tolerance; it includes hidden patches.
 
-        With a budget: the share whose patches need no finer pages.
+        If a price decides: the share whose patches need no finer pages.
         """
         areas = self.areas()
-        good = ~self.open_to(goal)[0] if goal.triangles else self.bound_px <= goal.tolerance_px
+        good = ~self.open_to(goal)[0] if goal.is_priced else self.bound_px <= goal.tolerance_px
         return float(areas[good].sum() / max(areas.sum(), 1e-300)) if len(areas) else 1.0
 
     def wanted(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .between import cell_twists, crossed_cells, kinks, measured_posts, of_corners, over_cells, own_posts, worst_corner
+from .between import (
+    cell_twists,
+    crossed_cells,
+    kinks,
+    measured_posts,
+    of_corners,
+    over_cells,
+    own_posts,
+    shares_of_posts,
+    worst_corner,
+)
 from .bound import cell_squares
 from .nodes import Nodes, at_nodes, node_axes, per_node, top_level
 
@@ -139,7 +149,7 @@ class CutErrors(NamedTuple):
     """Errors of each node as a cell of a patch, whatever edges are cut, (rows, cols) of nodes."""
 
     largest: np.ndarray  # metres
-    squares: np.ndarray  # sums over own posts in m²
+    squares: np.ndarray  # sums over the node's area in m²: a post on an edge counts half, one at a corner a quarter
 
 
 def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
@@ -180,16 +190,17 @@ def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) 
 def _over_node(
     heights: np.ndarray, level: int, void: np.ndarray | None, above: np.ndarray, below: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The largest of two bounds, and the sum of squares over own posts and crossed cells."""
+    """The largest of two bounds, and the sum of squares over the area: posts, and crossed cells."""
     kink = kinks(heights, level)[0]
     errors = np.maximum(above, below)
     crossed = crossed_cells(heights.shape, level, void)
     measured = measured_posts(heights.shape, level, void)
     cells = over_cells(above, below, heights, level, kink)
     largest = np.maximum((errors * measured).max((1, 3)), (cells * crossed).max((1, 3)))
-    mean = np.abs(cell_twists(heights, level)) / np.sqrt(90) + kink[:, None, :, None]
+    mean = np.abs(cell_twists(heights, level)) * np.sqrt(13 / 1024) + kink[:, None, :, None]
     between = (mean * (2 * worst_corner(errors) + mean) * crossed).sum((1, 3))
-    return largest, np.square(errors * own_posts(heights.shape, level, void)).sum((1, 3)) + between
+    shares = measured * shares_of_posts(heights.shape, level)
+    return largest, (np.square(errors) * shares).sum((1, 3)) + between
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the larger error of the two ways to draw it.

@@ -236,8 +236,12 @@ def cheapest(weights: np.ndarray, side_log2: int, price: float) -> tuple[float, 
     return float(costs[best]), best
 
 
-def bracket(low: float, high: float, counts: np.ndarray, target: int) -> tuple[float, float]:
-    """log2 of the next lowest and highest price: the last price with too many triangles, and the first that fits."""
-    k = int(np.argmax(counts <= target)) if (counts <= target).any() else len(counts) - 1
-    prices = np.linspace(low, high, len(counts))
-    return float(prices[max(k - 1, 0)]), float(prices[k])
+# The mean over the picture. Patch p has n cells, and its own root mean square is at most b pixels. Each cell is in one
+# patch, so
+#   mean² ≤ Σ n b² / Σ′ n        Σ over all drawn patches, Σ′ over those wholly in the picture and without voids
+
+
+def mean_px(cells: np.ndarray, bounds_px: np.ndarray, whole: np.ndarray) -> float:
+    """Bound of the root mean square over the drawn land; inf if no patch is whole. One number for each drawn patch."""
+    land = cells[whole].sum()
+    return float(np.sqrt((cells * np.square(bounds_px)).sum() / land)) if land else np.inf

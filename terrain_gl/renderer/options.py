@@ -101,8 +101,9 @@ class RenderOptions:
     ----------
     max_error_px
         The tolerance of the screen error: the distance in pixels between the drawn and the true position of a point of
-        the surface. It bounds the largest error (metric "max") or the root mean square ("rms"). By default 1, unless
-        `triangles` is given. Baselines certify nothing, and ignore it.
+        the surface. It bounds the largest error (metric "max"), or the root mean square over the drawn land in the
+        picture ("rms"; with the quadtree, over each leaf). By default 1, unless `triangles` is given. Baselines certify
+        nothing, and ignore it.
     triangles
         Instead of a tolerance: the largest number of triangles, from 2 on. With the metric "max", the mesh is the one
         with the smallest tolerance. With "rms", the triangles are used where they reduce the sum of the squared screen

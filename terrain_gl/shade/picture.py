@@ -398,7 +398,8 @@ class Picture:
         """Whether a pixel may show the land from below: through a gap, or from an eye that is not above the mesh."""
         is_above = is_above_ground(self.terrain, self.view.eye[0], self.view.eye[2], self.view.reach_m)
         has_gaps = self._has_holes(look) or look.style == "cracks"
-        return has_gaps or not is_above or (selection.certified_px or 0.0) > ROUGH_PX
+        farthest_px = selection.farthest_px or selection.certified_px or 0.0
+        return has_gaps or not is_above or farthest_px > ROUGH_PX
 
     def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`."""

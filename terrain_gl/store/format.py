@@ -27,7 +27,7 @@ from ..readers.raster import Spacing
 from .pyramid import Area, StoreSizes
 
 INSTALL = "pip install 'terrain-gl[store]'"
-VERSION = 6
+VERSION = 7
 _KEY = "terrain_gl"
 _RAW = "https://raw.githubusercontent.com/zarr-conventions/multiscales/refs/tags/v0.1/schema.json"
 _CONVENTION = {

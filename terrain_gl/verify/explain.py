@@ -224,7 +224,7 @@ class PatchExplainer:
 
     def _ask_ring(self, surface: RingsSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
         if not self._ring_kernel:
-            self._ring_kernel = shaders.compute(self.ctx, "lod/rings/explain.comp", {"MEAN": 1})
+            self._ring_kernel = shaders.compute(self.ctx, "lod/rings/explain.comp")
         surface.bind()
         surface.tables.bind()
         bind("lod/rings/explain.comp", Answer=self._answer)

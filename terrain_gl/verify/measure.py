@@ -38,7 +38,8 @@ class Achieved:
     Attributes
     ----------
     max_px, rms_px
-        Pixels between the drawn and the true position of a place: the largest, and the root mean square.
+        Pixels between the drawn and the true position of a place: the largest, and the root mean square over the area.
+        For the latter, each place counts with the part of the cells around it that have data and are drawn.
     max_posts_px
         The largest error over posts alone.
     posts
@@ -96,8 +97,9 @@ class Measurement:
         for flip in _FLIPS:
             first = flip == _FLIPS[0]
             errors = self._pass(draw, selection, region, flip, clear=first)
-            # a place on the map's rim is on a triangle's edge, and the rasteriser covers it in only one of the flips
-            if not self._on_rim(region) or not np.isnan(errors).any():
+            # a place on the rim of the map, or of hidden land, is on a triangle's edge, and the rasteriser covers it in
+            # only one of the flips
+            if not (selection.hidden or self._on_rim(region)) or not np.isnan(errors).any():
                 break
         return errors
 
@@ -109,7 +111,7 @@ class Measurement:
         self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float, tile: int = TILE
     ) -> Steps[Achieved]:
         """Incremental `achieved`, in regions of at most `tile` posts a side; yields progress from 0 to 1."""
-        largest = largest_at_posts = total = 0.0
+        largest = largest_at_posts = total = area = 0.0
         places = posts = uncovered = seen = 0
         hidden = _hidden_boxes(selection)
         regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), camera, size, near_m))
@@ -118,15 +120,18 @@ class Measurement:
                 behind = _inside(hidden, part.region)  # with the rims that hidden patches share with drawn ones
                 uncovered += int(np.count_nonzero(part.seen & np.isnan(part.px) & ~behind))
                 seen += int(np.count_nonzero(part.seen))
+                known = ~np.isnan(part.px)
+                share = _drawn_shares(self.terrain.heightmap, hidden, part.region)[known]
+                total += float(share @ np.square(part.px[known]))
+                area += float(share.sum())
                 part.px[behind] = np.nan
                 drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
                 places = places + len(drawn)
                 posts = posts + len(at_posts)
                 largest = max(largest, float(drawn.max(initial=0.0)))
                 largest_at_posts = max(largest_at_posts, float(at_posts.max(initial=0.0)))
-                total += float(np.square(drawn).sum())
             yield done / len(regions)
-        rms_px = float(np.sqrt(total / places)) if places else 0.0
+        rms_px = float(np.sqrt(total / area)) if area else 0.0
         return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
 
     def at(
@@ -234,6 +239,21 @@ def _inside(boxes: np.ndarray, region: Region) -> np.ndarray:
     for x0, y0, x1, y1 in np.maximum(boxes[near] - [x, y, x, y], 0).tolist():
         inside[y0 : y1 + 1, x0 : x1 + 1] = True
     return inside
+
+
+def _drawn_shares(heightmap: Heightmap, hidden: np.ndarray, region: Region) -> np.ndarray:
+    """The part of the cells around each place that have data and are not hidden, (h, w): in quarters, from 0 to 1."""
+    x, y, width, height = region
+    rows, cols = (np.arange((at - 1) // PLACES, (at + n - 1) // PLACES + 1) for at, n in ((y, height), (x, width)))
+    drawn = ~_holes(heightmap, rows, cols)
+    for box in hidden // PLACES - [cols[0], rows[0], cols[0], rows[0]]:
+        x0, y0, x1, y1 = np.maximum(box, 0)
+        drawn[y0:y1, x0:x1] = False
+    beside = [
+        [(at + np.arange(n) - k) // PLACES - first for k in (0, 1)]
+        for at, n, first in ((y, height, rows[0]), (x, width, cols[0]))
+    ]
+    return np.mean([drawn[np.ix_(row, col)] for row in beside[0] for col in beside[1]], 0)
 
 
 def places_of(heightmap: Heightmap) -> tuple[int, int]:
@@ -347,15 +367,22 @@ def _between_holes(heightmap: Heightmap, region: Region) -> np.ndarray:
     """Whether each place is on the common edge of two holes, or of a hole and the map's rim: (h, w) bool."""
     x, y, width, height = region
     (row, part_y), (col, part_x) = (np.divmod(at + np.arange(n), PLACES) for at, n in ((y, height), (x, width)))
-    posts = [np.arange(axis[0] - 1, axis[-1] + 2) for axis in (row, col)]
-    inside = [(axis >= 0) & (axis < n) for axis, n in zip(posts, heightmap.heights.shape, strict=True)]
-    heights = heightmap.heights[np.ix_(*(np.where(kept, axis, 0) for axis, kept in zip(posts, inside, strict=True)))]
-    void = np.isnan(heights) | ~inside[0][:, None] | ~inside[1]
-    hole = void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1]  # first: the cell north-west of post 0
+    hole = _holes(heightmap, *(np.arange(axis[0] - 1, axis[-1] + 1) for axis in (row, col)))
     row, col = row - row[0], col - col[0]
     along_row = (part_y == 0)[:, None] & (part_x > 0) & hole[np.ix_(row, col + 1)] & hole[np.ix_(row + 1, col + 1)]
     along_col = (part_y > 0)[:, None] & (part_x == 0) & hole[np.ix_(row + 1, col)] & hole[np.ix_(row + 1, col + 1)]
     return along_row | along_col
+
+
+def _holes(heightmap: Heightmap, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+    """Which cells have a void corner, or lie beyond the map, for consecutive rows and columns of cells."""
+    posts = [np.append(axis, axis[-1] + 1) for axis in (rows, cols)]
+    inside = [(axis >= 0) & (axis < n) for axis, n in zip(posts, (heightmap.rows, heightmap.cols), strict=True)]
+    void = ~inside[0][:, None] | ~inside[1]
+    if heightmap.voids:
+        at = (np.where(kept, axis, 0) for axis, kept in zip(posts, inside, strict=True))
+        void |= np.isnan(heightmap.heights[np.ix_(*at)])
+    return void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1]
 
 
 def _finer(heights: np.ndarray, first: int, n: int) -> np.ndarray:

@@ -24,7 +24,7 @@ from .widgets import Widgets
 Press = Callable[[str], None]  # executes the command of a key
 TOLERANCE_HINTS = {
     "max": "The largest error of the surface on the screen (+ and -).",
-    "rms": "The root mean square of the surface's errors on the screen (+ and -).",
+    "rms": "The root mean square of the errors of all drawn land in the picture (+ and -).",
 }
 BASELINE_HINT = "The error that this method aims at; it has no certified bound (+ and -)."
 BUDGET_HINTS = {

@@ -12,7 +12,7 @@
 
 layout(local_size_x = LEAF_GROUP) in;
 
-uniform bool u_budget;  // a budget has no tolerance: parts keep the spacing of the whole
+uniform bool u_priced;  // a price decides, and no tolerance: parts keep the spacing of the whole
 
 void append_leaf(int id) {
     uint k = atomicAdd(b_leaves.count, 1u);
@@ -47,7 +47,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
     int side_log2 = whole.side_log2 - 1;
     bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));
     int step_log2 = min(step_log2_of(whole.word), side_log2 - 1);
-    if (!u_budget) step_log2 = next_step(low, side_log2, step_log2, finest_of(low, side_log2, ring, step_log2), p);
+    if (!u_priced) step_log2 = next_step(low, side_log2, step_log2, finest_of(low, side_log2, ring, step_log2), p);
     if (step_log2 == NO_STEP) step_log2 = finest_of(low, side_log2, ring, side_log2 - 1);
     uint word = leaf_word(part_units_log2, step_log2);
     write_units(id, part_units_log2, is_on_map ? word : NOTHING);

@@ -3,6 +3,7 @@
 
 #include "lod/rings/hidden.glsl"
 #include "lod/rings/shapes.glsl"
+#include "lod/rings/mean.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
 
@@ -26,18 +27,32 @@ int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
     return triangles;
 }
 
-// The bound that the tables certify for a leaf in the requested metric, then the bound of its farthest point: in
-// pixels, or in metres if the mesh is for the whole map.
-vec2 leaf_px(Leaf leaf) {
+// The bounds that the tables certify for a leaf's root mean square, and for its largest error: in pixels, or in metres
+// if the mesh is for the whole map.
+vec2 leaf_px(Leaf leaf, Projection p) {
     int step_log2 = step_log2_of(leaf.word);
-    Projection p = project_square(leaf.origin, leaf.side_log2);
     p.sag_m = slack_m(step_log2);
     vec2 errors_m = cells_m(leaf.origin, leaf.side_log2, step_log2, few_cells_m(leaf.origin, leaf.side_log2));
     if (u_metric == METRIC_METRES) return vec2(errors_m.x + p.sag_m);
-    float most_px = error_px(p, errors_m.x, errors_m.x);
-    float asked_px = has_mean(p) ? error_px(p, min(errors_m.y, errors_m.x), errors_m.x) : most_px;
-    return p.outside ? vec2(0.0) : vec2(asked_px, most_px);
+    if (p.outside) return vec2(0.0);
+    return vec2(error_px(p, min(errors_m.y, errors_m.x), errors_m.x), error_px(p, errors_m.x, errors_m.x));
 }
+
+#ifdef MEAN
+// A patch adds 2^44 at most. A mesh that fits has fewer cells, so a mesh with such a patch never fits.
+#define ADD_64(sum, x) { \
+    float value = min(x, exp2(44.0)), high = floor(value * exp2(-32.0)); \
+    uint low = uint(value - high * exp2(32.0)), before = atomicAdd(sum[0], low); \
+    atomicAdd(sum[1], uint(high) + (before + low < before ? 1u : 0u)); \
+}
+
+void add_to_mean(Leaf leaf, float mean_px, bool is_land) {
+    vec2 cells = vec2(min(leaf.origin + (1 << leaf.side_log2), u_last_post) - max(leaf.origin, ivec2(0)));
+    float n = cells.x * cells.y, of_tolerance = mean_px / u_tolerance_px;
+    ADD_64(s_squares, ceil(64.0 * n * of_tolerance * of_tolerance * (1.0 + exp2(-18.0))));
+    if (is_land) ADD_64(s_land, n < exp2(24.0) ? n : floor(n * (1.0 - exp2(-18.0))));  // a float may be rounded up
+}
+#endif
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -50,9 +65,16 @@ void main() {
     int step_log2 = step_log2_of(word);
     int segments_log2 = leaf.side_log2 - step_log2;
     ivec4 steps = leaf.side_log2 - edges_log2_in(shape[id].x);
-    uvec2 px = floatBitsToUint(leaf_px(leaf));
+    Projection p = project_square(leaf.origin, leaf.side_log2);
     bool hidden = is_hidden(box_of_square(leaf.origin, leaf.side_log2));
-    shape[id].y = px.x | (hidden ? HIDDEN : 0u);
+    vec2 px = leaf_px(leaf, p);
+    float shown_px = px.y;
+#ifdef MEAN
+    bool is_land = has_mean(p, leaf.origin, leaf.side_log2, step_log2);
+    if (is_land) shown_px = px.x;
+    if (!hidden) add_to_mean(leaf, px.x, is_land);
+#endif
+    shape[id].y = floatBitsToUint(shown_px) | (hidden ? HIDDEN : 0u);
     if (hidden) {
         atomicAdd(s_hidden, 1u);
         return;
@@ -61,6 +83,5 @@ void main() {
     atomicAdd(s_count[segments_log2], 1u);
     atomicAdd(s_triangles, uint(triangles_of(leaf, step_log2, steps)));
     atomicAdd(s_splits, side_units_log2(word) < 3 ? 1u : 0u);
-    atomicMax(s_worst_px, px.x);
-    atomicMax(s_farthest_px, px.y);
+    atomicMax(s_worst_px, floatBitsToUint(px.y));
 }

@@ -61,8 +61,8 @@ void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
     if (u_round == 0) b = seen_block(uint(b));
     take_block(b_block[b]);
-#if defined(MEAN) || defined(PAGED)
-    block.known_log2 = NO_STEP;  // not known for parts: their mean may be larger, or their pages may differ
+#ifdef PAGED
+    block.known_log2 = NO_STEP;  // not known for parts: their pages may differ
 #endif
     for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
     s_asking[0] = FIRST[1];

@@ -5,7 +5,7 @@
 //   themselves are read instead.
 // One thread for each T.
 
-#include "lod/rings/leaf.glsl"
+#include "lod/rings/mean.glsl"
 
 layout(local_size_x = SIZES) in;
 
@@ -35,7 +35,7 @@ Lookup lookup_of(Projection p, int step_log2) { return Lookup(ivec4(0), uvec4(0)
 Lookup lookup_of(Projection p, int step_log2) {
     Lookup l = Lookup(ivec4(0), uvec4(0), -1, max(step_log2, 0), 0, 0.0);
     float smaller = step_log2 < 0 ? exp2(2.0 * float(step_log2)) : 1.0;  // share of a map cell's error in its parts
-    float allowed_m = (error_within_m(p) - slack_m(step_log2)) / smaller;
+    float allowed_m = (error_within_m(p, u_tolerance_px) - slack_m(step_log2)) / smaller;
     if (allowed_m <= 0.0 || p.outside || (step_log2 <= 0 && u_side_log2 <= FEW_LOG2)) return l;
     l.class_ = max(class_within(allowed_m), -1);
     if (l.class_ < 0) return l;
@@ -67,6 +67,7 @@ void main() {
     p.sag_m = slack_m(step_log2);
     vec2 errors_m = cells_m(u_low, u_side_log2, step_log2, few_cells_m(u_low, u_side_log2));
     float rms_m = min(errors_m.y, errors_m.x);
-    float px = error_px(p, u_metric == METRIC_RMS && has_mean(p) ? rms_m : errors_m.x, errors_m.x);
+    bool has_mean_px = u_metric == METRIC_RMS && has_mean(p, u_low, u_side_log2, step_log2);
+    float px = error_px(p, has_mean_px ? rms_m : errors_m.x, errors_m.x);
     choice[k] = vec4(vec2(errors_m.x, rms_m) + p.sag_m, p.outside ? 0.0 : px, 1.0);
 }

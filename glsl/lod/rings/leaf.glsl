@@ -1,5 +1,5 @@
 // lod/rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), box_of_square(), project_square(), error_within_m(), has_mean(), few_cells_m(),
+// Provides range_of_square_m(), box_of_square(), project_square(), error_within_m(), few_cells_m(),
 // cells_m(), coarsest_step(), finest_of(), slack_m(), next_step().
 // Python twins: reference.rings.next_step, reference.rings.coarsest_step, reference.rings.finest_step
 
@@ -34,21 +34,12 @@ Box box_of_square(ivec2 low, int side_log2) {
 Projection project_square(ivec2 low, int side_log2) { return project(box_of_square(low, side_log2), 1.0); }
 
 // The largest error in metres that is at most the tolerance in pixels: error_px() solved for the error.
-float error_within_m(Projection p) {
-    if (u_metric == METRIC_METRES) return u_tolerance_px;
+float error_within_m(Projection p, float px) {
+    if (u_metric == METRIC_METRES) return px;
     if (p.outside) return NEVER;
     float per_m = u_focal_px * p.stretch * BOUND_SLACK;
-    return u_tolerance_px * p.nearest_m / (per_m + u_tolerance_px * abs(u_forward.z)) * (1.0 - 1e-5);
+    return px * p.nearest_m / (per_m + px * abs(u_forward.z)) * (1.0 - 1e-5);
 }
-
-// A root mean square over a square certifies nothing about a part of it. So if a square is partly outside the picture,
-// or if the map has voids, the maximum must be within the tolerance instead.
-// Software renderers execute both sides of a branch, so each metric has its own shaders.
-#ifdef MEAN
-bool has_mean(Projection p) { return p.inside && u_has_voids == 0; }
-#else
-bool has_mean(Projection p) { return false; }
-#endif
 
 // A tile of level 0 has 4 × 4 cells of the map, and its counters bound all of them. So for a square of at most 2 × 2
 // cells, we read the cells themselves.
@@ -114,10 +105,6 @@ float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 bool holds(ivec2 low, int side_log2, int step_log2, vec2 few_m, Projection p, float within_m) {
     p.sag_m = slack_m(step_log2);
     float allowed_m = within_m - p.sag_m;
-    if (has_mean(p)) {
-        vec2 errors_m = cells_m(low, side_log2, step_log2, few_m);
-        return error_px(p, errors_m.y, errors_m.x) <= u_tolerance_px * (1.0 - 1e-5);
-    }
     if (allowed_m < 0.0) return false;
     if (step_log2 <= 0 && few_m.x < NEVER) return few_m.x * exp2(2.0 * float(step_log2)) <= allowed_m;
     return is_within_m(low, low + (1 << side_log2), step_log2, allowed_m);
@@ -125,7 +112,7 @@ bool holds(ivec2 low, int side_log2, int step_log2, vec2 few_m, Projection p, fl
 
 // The coarsest spacing, from `coarsest` to `finest`, that the tables allow; NO_STEP if there is none.
 int next_step(ivec2 low, int side_log2, int coarsest, int finest, Projection p) {
-    float within_m = error_within_m(p);
+    float within_m = error_within_m(p, u_tolerance_px);
     vec2 few_m = few_cells_m(low, side_log2);
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
         if (holds(low, side_log2, step_log2, few_m, p, within_m)) return step_log2;

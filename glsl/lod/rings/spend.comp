@@ -1,4 +1,4 @@
-// lod/rings/spend.comp — like lod/rings/decide.comp, but for a budget: the price λ of a triangle decides.
+// lod/rings/spend.comp — like lod/rings/decide.comp, but the price λ of a triangle decides.
 //       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
 //   One work group handles one block, one thread handles one unit.
 // Python twins: reference.rings.cheapest, reference.rings.cut_block
@@ -8,11 +8,11 @@
 
 layout(local_size_x = UNITS) in;
 
-shared float s_price;  // computed once: it takes many reads
+uniform float u_price;
 
 void weigh(int depth, ivec2 at) {
     int i = square_index(depth, at), segments_log2;
-    vec2 best = cheapest(u_first + i, side_log2_at(depth), s_price, segments_log2);
+    vec2 best = cheapest(u_first + i, side_log2_at(depth), u_price, segments_log2);
     s_cost[i] = best.x;
     uint state = best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN;
     s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | state;
@@ -21,9 +21,7 @@ void weigh(int depth, ivec2 at) {
 void main() {
     int unit = int(gl_LocalInvocationIndex), b = seen_block(gl_WorkGroupID.x);
     take_block(b_block[b]);
-    if (unit == 0) s_price = s_found = price(PASSES);
     u_first = SQUARES * b;
-    barrier();
     for (int depth = 3; depth >= 0; depth--)
         if (unit < 1 << 2 * depth) weigh(depth, square_at(depth, unit));
     join_all(2, unit, UNITS);

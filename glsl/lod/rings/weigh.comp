@@ -29,20 +29,30 @@ float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
     return squares + 0.5 * sag * sag * posts;
 }
 
+// With a mean, no patch may be further than FARTHEST tolerances from the truth, as far as finer squares can help.
+bool is_near(ivec2 low, int side_log2, int step_log2, bool is_finest, vec2 few_m, Projection p) {
+#ifdef MEAN
+    return is_finest || holds(low, side_log2, step_log2, few_m, p, error_within_m(p, FARTHEST * u_tolerance_px));
+#else
+    return true;
+#endif
+}
+
 void weigh_square(int depth, ivec2 at) {
     int i = square_index(depth, at), first = SIZES_LOG2 * (u_first + i), side_log2 = side_log2_at(depth);
     ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
     Projection p = project_square(low, side_log2);
     bool nothing = is_nothing(low, end) || (p.outside && u_cull != 0);
     bool allowed = depth == 3 || fits_finer_ring(low, end);
-    int coarsest = coarsest_step(low, side_log2);
+    int coarsest = coarsest_step(low, side_log2), finest = finest_step(side_log2, block.ring);
     float px_per_m = u_focal_px * p.stretch / p.middle_m;
     vec2 few_m = few_cells_m(low, side_log2);
     for (int k = 0; k < SIZES_LOG2; k++) {
         int step_log2 = side_log2 - k;
-        bool has_step = step_log2 <= coarsest && step_log2 >= finest_step(side_log2, block.ring);
+        bool has_step = step_log2 <= coarsest && step_log2 >= finest;
         float e = nothing ? -1.0 : NEVER;
-        if (!nothing && allowed && has_step) {
+        if (!nothing && allowed && has_step
+            && is_near(low, side_log2, step_log2, depth == 3 && step_log2 == finest, few_m, p)) {
             float sum_m2 = p.outside ? 0.0 : squares_of_box_m2(low, side_log2, step_log2, few_m);
             e = post_weight(p) * px_per_m * px_per_m * sum_m2;
         }
