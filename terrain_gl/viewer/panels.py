@@ -268,11 +268,11 @@ class Panels:
         painter = self._viewer.painter
         frame = painter.frame
         with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):
-            if frame.is_sketch:
-                ui.imgui.text(f"preview of the method {self._settings.sides[side].method}; it promises nothing")
-                return
-            if len(painter.side_stats) < 2:
-                ui.imgui.text("choosing the mesh …" if side else "the picture before")
+            if frame.is_sketch or len(painter.side_stats) < 2:
+                preview = f"preview of {self._settings.sides[side].method}; it promises nothing"
+                before = "choosing the mesh …" if side else "the picture before"
+                ui.imgui.text(preview if frame.is_sketch else before)
+                ui.imgui.dummy((min(width, LEGEND_EM * ui.em), 0.0))  # one width for both texts: no text is cut
                 return
             stats = painter.side_stats[side]
             words = frame.way.words(stats["requested_max_error_px"] is not None)

@@ -32,6 +32,10 @@ def state_of(app, listening):
         told |= {"ruler": viewer.ruler.taken, "sides": [s["triangles"] for s in viewer.painter.side_stats]}
         told |= {"measured": frame.measured_px, "bound": frame.certified_px, "folder": bool(viewer.files.folder)}
         told |= {"height": controller.height_above_ground_m, "strokes": viewer.sculpting.tool.strokes}
+        told |= {"sun": options.sun, "sketch": frame.is_sketch, "achieved": viewer.painter.side_measured}
+        told |= {"labels": [label.name for label in viewer.painter.labels], "scale": viewer.settings.ui_scale}
+        told |= {"box": bool(viewer.explainer.explanation and viewer.explainer.error_box), "frozen": bool(scene.frozen)}
+        told |= {"ends_px": [side.error_scale_px for side in viewer.settings.sides], "size": viewer.window.size}
         place = viewer.pointer.place
         told |= {"cursor": viewer.pointer.last}
         told |= {"place": None if place is None else list(place)}

@@ -73,7 +73,7 @@ def test_a_new_split_is_a_preview_without_numbers(make_app):
     shown = texts(app)
     assert app.viewer.painter.frame.is_sketch
     for side in app.viewer.settings.sides:
-        assert f"preview of the method {side.method}; it promises nothing" in shown
+        assert f"preview of {side.method}; it promises nothing" in shown
     assert not re.search(_ERROR_WORDS + r"|[\d,]+ triangles|[\d,]+ patches| ms ", shown), shown
     settle(app)
     assert "promises nothing" not in texts(app) and re.search(r"achieved [\d.]+ px", texts(app))
