@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from commands import small_map
 
-from terrain_gl import Camera
-from terrain_gl.files.furniture import furniture, metres_of, north_of, stamp
+from terrain_gl import Camera, Heightmap
+from terrain_gl.files.furniture import furniture, land_ahead_m, metres_of, north_of, stamp
 from terrain_gl.image import read_image
 from terrain_gl.light.ramps import Ramp
 
@@ -28,7 +28,7 @@ def drawn(stamps, size=SIZE):
 def test_the_arrow_points_to_the_north(eye, expected):
     camera = Camera(eye, (0, 0, 0))
     assert north_of(camera) == pytest.approx(expected, abs=1e-6)
-    arrow = furniture(SIZE, camera, "")[0].pixels
+    arrow = furniture(SIZE, camera, 100.0, "")[0].pixels
     ink = np.argwhere(arrow[: arrow.shape[0] * 2 // 3, :, 0] * arrow[: arrow.shape[0] * 2 // 3, :, 3] > 200)
     row, col = ink.mean(0) - (np.array(ink.max(0)) + ink.min(0)) / 2
     assert np.dot((col, -row), expected) > 0, "the head is broader than the shaft, so the ink's mean is on its side"
@@ -41,15 +41,29 @@ def test_along_the_view_there_is_no_arrow():
 @pytest.mark.parametrize("away", [3.0, 170.0, 9e5])
 def test_the_bar_is_as_long_as_it_says(away):
     camera = Camera((0, 0, away), (0, 0, 0), 40.0)
-    metres, px = metres_of(SIZE, camera)
+    metres, px = metres_of(SIZE, camera, away)
     high_m = 2 * away * math.tan(math.radians(20))
     assert px / SIZE[1] == pytest.approx(metres / high_m) and SIZE[0] / 15 < px <= SIZE[0] / 5
     digit = metres / 10 ** math.floor(math.log10(metres) + 1e-9)
     assert min(abs(digit - each) for each in (1, 2, 5)) < 1e-6
 
 
+def test_the_bar_is_right_where_the_view_meets_the_land():
+    """A flight's cameras have targets one metre away."""
+    hill = np.zeros((65, 65), "f4")
+    hill[:, 40:] = 100.0
+    land = Heightmap(hill, 10.0)
+    for eye, ahead, away in [
+        ((5, 320, 50), (1, 0, 0), 390),
+        ((5, 320, 50), (1, 0, -0.5), 112),
+        ((5, 320, 50), (0, 0, 1), None),
+    ]:
+        found = land_ahead_m(land, Camera(eye, tuple(np.add(eye, ahead)), up=(0, 1, 0)))
+        assert math.isnan(found) if away is None else found == pytest.approx(away, rel=5e-3)
+
+
 def test_furniture_is_at_the_corners_and_in_any_rows_the_same():
-    stamps = furniture((640, 360), SOUTH, "Hill", Ramp("diverging", -12.0, 12.0))
+    stamps = furniture((640, 360), SOUTH, 100.0, "Hill", Ramp("diverging", -12.0, 12.0))
     whole = drawn(stamps, (640, 360))
     changed = (whole != 128).any(-1)
     quarters = [
@@ -65,12 +79,13 @@ def test_furniture_is_at_the_corners_and_in_any_rows_the_same():
 
 def test_a_legend_has_the_colours_of_its_ramp():
     ramp = Ramp("diverging", -12.0, 12.0)
-    legend = furniture(SIZE, SOUTH, "", ramp)[-1].pixels
+    legend = furniture(SIZE, SOUTH, 100.0, "", ramp)[-1].pixels
     opaque = legend[..., 3] > 0.99
     row = np.flatnonzero(opaque.sum(1) == opaque.sum(1).max())[0]
     colours = legend[row, opaque[row], :3]
     assert colours[0] == pytest.approx(ramp.srgb[0], abs=2) and colours[-1] == pytest.approx(ramp.srgb[-1], abs=2)
-    assert len(furniture(SIZE, SOUTH, "")) == 2, "no title, no ramp: the arrow and the bar are left"
+    assert len(furniture(SIZE, SOUTH, 100.0, "")) == 2, "no title, no ramp: the arrow and the bar are left"
+    assert len(furniture(SIZE, SOUTH, math.nan, "")) == 1, "no scale in the sky"
 
 
 def test_the_commands_draw_it(folder, run):

@@ -98,6 +98,13 @@ def test_what_is_no_geojson_gives_one_line_with_the_name(utm, tmp_path, text):
     assert "\n" not in str(error.value)
 
 
+def test_a_file_can_have_metres_from_the_corner_of_a_map_without_a_place(tmp_path):
+    path = tmp_path / "hut.geojson"
+    path.write_text(json.dumps({"type": "Point", "coordinates": [300.0, 600.0], "crs": None}))
+    overlay = read_overlay(path, Heightmap(np.zeros((41, 61), "f4"), 30.0))
+    assert overlay.points == pytest.approx(np.array([[10.0, 20.0]]))
+
+
 def test_degrees_without_a_place_are_refused(tmp_path):
     (tmp_path / "way.json").write_text('{"type": "Point", "coordinates": [7, 46]}')
     for source in (tmp_path / "way.json", tmp_path / "gone.json", 7):

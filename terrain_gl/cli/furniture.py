@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..camera import Camera
-from ..files.furniture import Stamp, furniture
+from ..files.furniture import Stamp, furniture, land_ahead_m
 from ..heightmap import Heightmap
 from ..light.lighting import ramp_seen
 from ..light.ramps import LOOKS as RAMPS
@@ -26,7 +26,7 @@ def of(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> list[S
     if not args.furniture:
         return []
     title = Path(heightmap.name).stem if args.title is None else args.title
-    return furniture(args.size, camera, title, *_ramp(args, heightmap))
+    return furniture(args.size, camera, land_ahead_m(heightmap.coarse(), camera), title, *_ramp(args, heightmap))
 
 
 def _ramp(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Ramp | None, str]:

@@ -11,6 +11,7 @@ import OpenImageIO as oiio
 
 from ..basics.exceptions import TerrainError
 from ..camera import Camera
+from ..heightmap import Heightmap, bilinear
 from ..image import srgb_from_linear
 from ..light.ramps import Ramp
 
@@ -30,7 +31,7 @@ class Stamp(NamedTuple):
 
 
 def furniture(
-    size: tuple[int, int], camera: Camera, title: str, ramp: Ramp | None = None, unit: str = ""
+    size: tuple[int, int], camera: Camera, away_m: float, title: str, ramp: Ramp | None = None, unit: str = ""
 ) -> list[Stamp]:
     """The furniture of a picture.
 
@@ -39,7 +40,9 @@ def furniture(
     size
         Width and height of the picture in pixels. Above a height of 720 pixels, furniture grows with the height.
     camera
-        The view. The scale bar is correct at the distance of the target.
+        The view.
+    away_m
+        Metres to the land in mid-picture, where the scale bar is correct (`land_ahead_m`); NaN for no bar.
     title
         Text of the title; "" for none.
     ramp, unit
@@ -57,8 +60,9 @@ def furniture(
         stamps.append(_panel(_line(title, round(1.3 * px)), (gap, gap), px))
     arrow = _panel(_arrow(camera, px), (0, gap), px)
     stamps.append(arrow._replace(left=size[0] - gap - arrow.pixels.shape[1]))
-    bar = _panel(_scale_bar(size, camera, px), (gap, 0), px)
-    stamps.append(bar._replace(top=size[1] - gap - bar.pixels.shape[0]))
+    if away_m > 0:
+        bar = _panel(_scale_bar(size, camera, away_m, px), (gap, 0), px)
+        stamps.append(bar._replace(top=size[1] - gap - bar.pixels.shape[0]))
     if ramp:
         legend = _panel(_legend(ramp, unit, px), (0, 0), px)
         height, width = legend.pixels.shape[:2]
@@ -121,9 +125,23 @@ def stamp(rows: np.ndarray, first: int, stamps: list[Stamp]) -> None:
         under[:] = np.rint(under * (1 - opacity) + part[..., :3] * opacity)
 
 
-def metres_of(size: tuple[int, int], camera: Camera) -> tuple[float, float]:
-    """The length of the scale bar, 1, 2 or 5 times a power of ten, in metres at the target, and in pixels."""
-    m_per_px = math.dist(camera.eye, camera.target) / camera.focal_px(size[1])
+def land_ahead_m(land: Heightmap, camera: Camera) -> float:
+    """Metres from the eye to the first land in mid-picture, to about 1/400; NaN if the sky is there."""
+    east_m, north_m = land.spacing_m
+    size_m = math.hypot(*land.extent_m, land.range_m[1] - land.range_m[0])
+    farthest_m = math.dist(camera.eye, (land.extent_m[0] / 2, land.extent_m[1] / 2, land.range_m[0])) + size_m
+    nearest_m = min(east_m, north_m) / 10
+    steps = math.ceil(400 * math.log(farthest_m / nearest_m))
+    away_m = np.geomspace(nearest_m, farthest_m, steps)
+    x, y, z = np.array(camera.eye)[:, None] + camera.axes[2][:, None] * away_m
+    heights_m = bilinear(land.heights, x / east_m, land.rows - 1 - y / north_m) - camera.drop_m(x, y)
+    below = np.flatnonzero(z <= heights_m)
+    return float(away_m[below[0]]) if len(below) else math.nan
+
+
+def metres_of(size: tuple[int, int], camera: Camera, away_m: float) -> tuple[float, float]:
+    """The length of the scale bar: 1, 2 or 5 times a power of ten, in metres, and in pixels at this distance."""
+    m_per_px = away_m / camera.focal_px(size[1])
     most = _PART * size[0] * m_per_px
     power = 10.0 ** math.floor(math.log10(most))
     length = next(digit * power for digit in (5, 2, 1) if digit * power <= most * (1 + 1e-9))
@@ -187,8 +205,8 @@ def _arrow(camera: Camera, px: int) -> np.ndarray:
     return _stacked([_ink(opacity), _line("N", px)], px // 4)
 
 
-def _scale_bar(size: tuple[int, int], camera: Camera, px: int) -> np.ndarray:
-    metres, long = metres_of(size, camera)
+def _scale_bar(size: tuple[int, int], camera: Camera, away_m: float, px: int) -> np.ndarray:
+    metres, long = metres_of(size, camera, away_m)
     bar = np.zeros((max(3, px // 2), max(2, round(long))))
     bar[-max(1, px // 8) :] = 1
     bar[:, : max(1, px // 8)] = bar[:, -max(1, px // 8) :] = 1

@@ -118,7 +118,9 @@ def _read(name: str) -> tuple[Any, Any]:
 
 
 def _crs_of(content: Any) -> Any:
-    crs = content.get("crs") if isinstance(content, Mapping) else None
+    crs = content.get("crs", {}) if isinstance(content, Mapping) else {}
+    if crs is None:  # GeoJSON 2008: no coordinate system is assumed
+        return None
     named = crs.get("properties", {}).get("name") if isinstance(crs, Mapping) else None
     return named or DEGREES
 
@@ -167,7 +169,9 @@ def _posts(at: np.ndarray, crs: Any, heightmap: Heightmap, is_line: bool) -> np.
     x, y = at[:, 0], at[:, 1]
     if place is None:
         if crs is not None:
-            raise TerrainError("the map does not say where it lies: give coordinates in metres from its corner")
+            raise TerrainError(
+                'the map does not say where it lies: with "crs": null, GeoJSON has metres from its south-west corner'
+            )
     elif crs is not None:
         x, y = _to_crs(x, y, crs, place.crs)
         x = place.nearest_turn(x, is_line)
