@@ -9,6 +9,8 @@ layout(std430, binding = 0) readonly buffer Sums { uint sums[]; };
 
 uniform ivec4 u_frame_px;  // left, bottom, width, height in the window
 uniform ivec2 u_size;      // columns and rows of the table
+uniform int u_first;       // its first word
+uniform int u_width;       // words from one row to the next
 uniform ivec4 u_box;       // first column, first row; then the column and the row after the last
 
 out vec4 out_colour;
@@ -18,7 +20,7 @@ vec3 shade(float t) { return mix(vec3(0.03, 0.05, 0.10), vec3(0.75, 0.86, 1.0), 
 void main() {
     vec2 share = (gl_FragCoord.xy - vec2(u_frame_px.xy)) / vec2(u_frame_px.zw);
     vec2 place = vec2(share.x, 1.0 - share.y) * vec2(u_size);
-    Table table = Table(0u, u_size);
+    Table table = Table(uint(u_first), ivec2(u_width, u_size.y));
     ivec2 at = clamp(ivec2(place), ivec2(0), u_size - 1) + 1;
     uint s = SAT(uint, SUMS, table, 0, at.x, at.y);
     vec3 colour = shade(float(s) / 4294967296.0);

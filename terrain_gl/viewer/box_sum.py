@@ -1,12 +1,42 @@
 """A box of the summed-area table of heights: the four fetches, and the sum and mean that they give."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import moderngl
 import numpy as np
 
 from ..basics.words import metres
+from ..pages.map import PagedMap
+from ..pages.terrain import PagedTerrain
 from ..renderer import Renderer
 from ..terrain import quantisation_range
+
+
+@dataclass(frozen=True)
+class SumsTable:
+    """A summed-area table of heights: of a map in memory, or of one tile of a store.
+
+    Attributes
+    ----------
+    buffer, first
+        Where it is on the GPU, and the number of its first word there.
+    size
+        Columns and rows.
+    width
+        Words from one row to the next; 0: as many as it has columns.
+    corner, level
+        Column and row of the map's post of its first entry. The next entries are 2^level posts apart.
+    """
+
+    buffer: moderngl.Buffer
+    first: int
+    size: tuple[int, int]
+    width: int = 0
+    corner: tuple[int, int] = (0, 0)
+    level: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "width", self.width or self.size[0])
 
 
 @dataclass(frozen=True)
@@ -15,14 +45,17 @@ class BoxSum:
 
     Attributes
     ----------
+    table
+        The table that holds it.
     box
-        First column, first row, and the column and row after the last.
+        First column, first row, and the column and row after the last, in the table.
     corners
         A, B, C and D: the table at north-west, north-east, south-west and south-east, modulo 2³².
     mean_m
         Mean height of the posts, in metres.
     """
 
+    table: SumsTable
     box: tuple[int, int, int, int]
     corners: tuple[int, int, int, int]
     mean_m: float
@@ -31,6 +64,13 @@ class BoxSum:
     def posts(self) -> int:
         """Number of posts in the box."""
         return (self.box[2] - self.box[0]) * (self.box[3] - self.box[1])
+
+    @property
+    def on_map(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """The box as posts of the map: its first column and row; columns and rows from its first to its last post."""
+        x0, y0, x1, y1 = self.box
+        (col, row), level = self.table.corner, self.table.level
+        return (col + (x0 << level), row + (y0 << level)), ((x1 - x0 - 1) << level, (y1 - y0 - 1) << level)
 
     @property
     def sum(self) -> int:
@@ -51,21 +91,41 @@ class BoxSum:
         ]
 
 
+def table_over(renderer: Renderer, col: int, row: int) -> SumsTable:
+    """The table over a post: that of the map, or of the finest loaded tile of a store."""
+    terrain = renderer.terrain
+    heightmap = terrain.heightmap
+    if not (isinstance(terrain, PagedTerrain) and isinstance(heightmap, PagedMap)):
+        return SumsTable(renderer.picture.sums.buffer, 0, (heightmap.cols, heightmap.rows))
+    side = heightmap.tile
+    rows, cols = heightmap.pages(0)
+    fine = min(row // side, rows - 1), min(col // side, cols - 1)
+    level = int(terrain.levels[fine])
+    key = level, fine[0] >> level, fine[1] >> level
+    down, across = (min(side, n - side * at) + 1 for n, at in zip(heightmap.nodes(level), key[1:], strict=True))
+    first = (side + 1) ** 2 * terrain.slot_of[key]
+    corner = key[2] * side << level, key[1] * side << level
+    return SumsTable(terrain.height_sums, first, (across, down), side + 1, corner, level)
+
+
 def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
-    """Look up the box around a post, at most `side` posts a side, in the GPU's table."""
-    heightmap = renderer.heightmap
-    sums = renderer.picture.sums
-    x0, y0 = max(0, min(col - side // 2, heightmap.cols - 1)), max(0, min(row - side // 2, heightmap.rows - 1))
-    x1, y1 = min(x0 + side, heightmap.cols), min(y0 + side, heightmap.rows)
+    """Look up the box around a post, at most `side` entries of the table a side, in the GPU's table."""
+    table = table_over(renderer, col, row)
+    cols, rows = table.size
+    col, row = ((at - corner) >> table.level for at, corner in zip((col, row), table.corner, strict=True))
+    x0, y0 = max(0, min(col - side // 2, cols - 1)), max(0, min(row - side // 2, rows - 1))
+    x1, y1 = min(x0 + side, cols), min(y0 + side, rows)
 
     def fetch(x: int, y: int) -> int:
         if x == 0 or y == 0:
             return 0
-        return int.from_bytes(sums.buffer.read(4, offset=4 * ((y - 1) * heightmap.cols + x - 1)), "little")
+        word = table.first + (y - 1) * table.width + x - 1
+        return int.from_bytes(table.buffer.read(4, offset=4 * word), "little")
 
-    found = BoxSum((x0, y0, x1, y1), (fetch(x0, y0), fetch(x1, y0), fetch(x0, y1), fetch(x1, y1)), 0.0)
-    _, low_m, span_m = quantisation_range(*heightmap.quantised_m)
-    return BoxSum(found.box, found.corners, low_m + found.sum / found.posts * span_m / 65535)
+    corners = fetch(x0, y0), fetch(x1, y0), fetch(x0, y1), fetch(x1, y1)
+    found = BoxSum(table, (x0, y0, x1, y1), corners, 0.0)
+    _, low_m, span_m = quantisation_range(*renderer.heightmap.quantised_m)
+    return replace(found, mean_m=low_m + found.sum / found.posts * span_m / 65535)
 
 
 def box_under(renderer: Renderer, place: np.ndarray, side: int) -> BoxSum:

@@ -7,6 +7,7 @@ import moderngl
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
 from ..renderer import Renderer
+from .box_sum import BoxSum
 from .window_state import Frame, Size
 
 
@@ -52,14 +53,16 @@ class Canvas:
         bind("view/canvas.frag", u_canvas=self._texture)
         vao.render(vertices=3)
 
-    def show_sums(self, renderer: Renderer, target: moderngl.Framebuffer, frame: Frame, box: Frame) -> None:
-        """Draw the summed-area table of heights and a box of posts into a frame (left, bottom, width, height)."""
+    def show_sums(self, box: BoxSum, target: moderngl.Framebuffer, frame: Frame) -> None:
+        """Draw a summed-area table of heights and a box of it into a frame (left, bottom, width, height)."""
         program, vao = self._program("view/sat.frag")
-        sums = renderer.picture.sums
+        table = box.table
         program["u_frame_px"] = frame
-        program["u_box"] = box
-        program["u_size"] = sums.table[:2]
-        bind("view/sat.frag", Sums=sums.buffer)
+        program["u_box"] = box.box
+        program["u_size"] = table.size
+        program["u_first"] = table.first
+        program["u_width"] = table.width
+        bind("view/sat.frag", Sums=table.buffer)
         target.use()
         target.viewport = frame
         self.ctx.enable_only(moderngl.NOTHING)

@@ -133,9 +133,6 @@ class Explainer:
 
     def toggle_sums(self) -> None:
         """Show the summed-area table, or not."""
-        if self._scene.is_paged and not self._settings.sums:
-            self._window.say(f"a store has a table for each tile, none of the whole map: {self._scene.in_memory}")
-            return
         self._settings.sums = not self._settings.sums
 
     def explain(self, x: float, y: float) -> None:

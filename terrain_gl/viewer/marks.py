@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from ..heightmap import Heightmap
 from ..renderer.lines import Line, frustum, on_land, outline, ring
 from .explainer import Explainer
 from .pointer import Pointer
@@ -40,14 +39,13 @@ def lines_on_land(
         radius_m = _CORNER * float(np.linalg.norm(corner - scene.controller.eye))
         lines.append((ring(heightmap, float(corner[0]), float(corner[1]), radius_m, 24), _RULER))
     if explainer.box:
-        x0, y0, x1, y1 = explainer.box.box
-        lines.append((outline(heightmap, (x0, y0), (x1 - x0 - 1, y1 - y0 - 1)), _PICKED))
+        lines.append((outline(heightmap, *explainer.box.on_map), _PICKED))
     return lines
 
 
-def sums_frame(heightmap: Heightmap, size: Size, scale: float) -> Frame:
-    """The frame in which the summed-area table is shown."""
+def sums_frame(table: Size, size: Size, scale: float) -> Frame:
+    """The frame in which a summed-area table of some columns and rows is shown."""
     side = 0.38 * min(size)
-    width, height = (max(1, round(side * n / max(heightmap.heights.shape))) for n in (heightmap.cols, heightmap.rows))
+    width, height = (max(1, round(side * n / max(table))) for n in table)
     margin = round(10 * scale)
     return size[0] - width - margin, size[1] - height - margin, width, height

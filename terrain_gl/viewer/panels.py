@@ -291,6 +291,10 @@ class Panels:
         box = self._viewer.explainer.box
         with ui.window("##sums", anchor, size, pivot=(1.0, 0.0)):
             ui.imgui.text("S(x, y): the sum of all heights north and west of (x, y)")
+            if box and self._viewer.scene.is_paged:
+                ui.imgui.text(
+                    f"of the tile under the cursor; its posts are {1 << box.table.level} posts of the map apart"
+                )
             for line in box.lines() if box else ["Point at the land to read a box."]:
                 ui.imgui.text_disabled(line)
 

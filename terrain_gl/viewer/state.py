@@ -73,7 +73,7 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
     base = RenderOptions(sun=scene.opened.sun, look=settings.options.look)
     explainer.take_sides([_options(side, base) for side in state.get("sides", [{}])])
     settings.divider = state.get("divider", 0.5)
-    settings.sums = bool(state.get("sums")) and not scene.is_paged
+    settings.sums = bool(state.get("sums"))
     frozen = state.get("frozen")
     scene.frozen = _camera(scene, frozen) if frozen else None
     pose = Pose.of(_camera(scene, state.get("view", FIRST)))

@@ -422,12 +422,14 @@ class Viewer:
                 lines = [(points / scene.exaggeration, colour) for points, colour in lines]
             self._lines.draw(scene.renderer.picture, eye, self.target, self.window.size, lines, 2 * self.window.scale)
         if (box := self.explainer.box) and not self.settings.help:
-            canvas.show_sums(scene.renderer, self.target, self.sums_frame, box.box)
+            canvas.show_sums(box, self.target, self.sums_frame)
 
     @property
     def sums_frame(self) -> Frame:
         """The frame in which the summed-area table is shown."""
-        return sums_frame(self.scene.heightmap, self.window.size, self.window.scale)
+        box = self.explainer.box
+        table = box.table.size if box else (self.scene.heightmap.cols, self.scene.heightmap.rows)
+        return sums_frame(table, self.window.size, self.window.scale)
 
     @property
     def _lens(self) -> tuple[float, float, float, float]:

@@ -168,7 +168,6 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
         return viewer.window.message
 
     assert "method sat" in said(lambda: app.press("f"))
-    assert "none of the whole map" in said(lambda: app.press("u"))
     assert "keeps its size and its heights" in said(lambda: viewer.set_spacing("3"))
     copied = []
     viewer.saver.line_of, viewer.saver.on_copy = command_line, copied.append
@@ -294,6 +293,35 @@ def test_lines_lie_on_the_exaggerated_land_of_a_store(shown):
     later(app)
     orange = (np.abs(seen(app) - [255, 120, 90]).max(-1) < 30) & (np.abs(seen(app) - bare).max(-1) > 30)
     assert orange.sum() > 20
+
+
+def test_the_summed_area_table_of_a_tile_gives_the_mean_of_a_box(shown):
+    app, stored = shown
+    viewer = app.viewer
+    viewer.settings.panel = False
+    app.press("u")
+    viewer.settings.box = 6
+    levels = set()
+    for i in range(12):
+        if i == 3:  # until now, only the coarsest tiles are there
+            stored.gate.set()
+            until_complete(app)
+        x, y = on_land(viewer.scene.renderer.picture.places()[0], 12)[i]
+        viewer.mouse.move(x, y)
+        later(app)
+        box = viewer.explainer.box
+        level = box.table.level
+        (col, row), (across, down) = box.on_map
+        post = viewer.pointer.place_under(x, y)[:2] / 2
+        assert col - (1 << level) < post[0] < col + across + (1 << level)
+        assert row - (1 << level) < 199 - post[1] < row + down + (1 << level)
+        at = (slice(start >> level, (start + length >> level) + 1) for start, length in ((row, down), (col, across)))
+        assert box.mean_m == pytest.approx(stored.lattice_heights(level, *at).mean(), abs=1e-3)  # steps of 0.9 mm
+        levels.add(level)
+    assert len(levels) > 1 and "of the tile under the cursor" in texts(app)
+    left, bottom, width, height = viewer.sums_frame
+    picture = seen(app)[640 - bottom - height : 640 - bottom, left : left + width]
+    assert np.abs(picture - [115, 242, 140]).max(-1).min() < 5  # the corners that add
 
 
 def test_a_split_picture_of_a_store_compares_two_metrics(shown):
