@@ -18,9 +18,9 @@ map_loader, image_reader       load maps, read sky and ground images
 painter                        draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
-recovery, brush_tool, map_writer, filming, file_dialog, box_sum, error_box, explain_text
+recovery, brush_tool, map_writer, filming, file_dialog, error_box, explain_text
 gui, widgets, gui_draw, theme  Dear ImGui
-advice, controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
+advice, box_sum, controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
 """
 
 from importlib import import_module
