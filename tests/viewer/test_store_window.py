@@ -393,6 +393,38 @@ def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, mon
     np.testing.assert_array_equal(heights(), after)
 
 
+def test_the_edits_of_an_exaggerated_store_are_where_the_cursor_was(shown, hills, tmp_path, monkeypatch):
+    app, stored = shown
+    viewer = app.viewer
+    stored.gate.set()
+    monkeypatch.chdir(tmp_path)
+    viewer.exaggerate(2.0)
+    until_complete(app)
+    app.press("b")
+    until_complete(app)
+    viewer.sculpting.tool.strength_m = 20.0
+    x, y = on_land(viewer.scene.renderer.picture.places()[0], 3)[1]
+    place = viewer.pointer.place_under(x, y)
+    viewer.mouse.press("left", x, y)
+    later(app)
+    viewer.mouse.release("left", x, y)
+    until_complete(app)
+    all_posts = slice(0, 200), slice(0, 261)
+    risen = viewer.scene.renderer.heightmap.part(*all_posts) - hills[0].heights
+    row, col = np.unravel_index(risen.argmax(), risen.shape)
+    assert risen.max() > 10 and risen.min() >= 0 and np.hypot(2 * col - place[0], 2 * (199 - row) - place[1]) < 6
+    assert viewer.scene.exaggeration == 2 and viewer.painter.frame.stats["complete"]
+    viewer.sculpting.save("edits.npz")
+    viewer.sculpting.join()
+    edited = EditedMap(StoredMap(hills[1]))
+    for first_x, first_y, patch in read_edits("edits.npz", edited):
+        edited.write(first_x, first_y, patch)
+    np.testing.assert_array_equal(edited.part(*all_posts) - hills[0].heights, risen)
+    app.press("ctrl+z")
+    until_complete(app)
+    np.testing.assert_array_equal(viewer.scene.renderer.heightmap.part(*all_posts), hills[0].heights)
+
+
 def test_a_brush_over_a_tile_that_cannot_be_read_says_so(shown, monkeypatch):
     app, stored = shown
     app.viewer.settings.change(style="lambert")  # light is slow, and test_edited_store.py looks at it
