@@ -173,7 +173,10 @@ class SummedAreaTables:
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
     def _kernel(self, name: str) -> Any:
-        """The kernel of a name: a file of glsl/sat, then macros. It is compiled when it is first used."""
+        """Return the kernel `name`, compiled at its first use.
+
+        `name` is a file of glsl/sat without its ending, then the macros that the kernel is compiled with.
+        """
         if name not in self._kernels:
             file, *macros = name.split()
             defines = {"BITS": self.bits, "STRIP": self.strip, **dict.fromkeys(macros, 1)}

@@ -92,7 +92,8 @@ class Pyramid:
         at
             (n, 2) columns and rows of the cells on the lattice of their level.
         level
-            (n,) levels. Below `FIRST_RANGES`, the result is the range of the cell of that level around this cell.
+            (n,) levels. For levels below `FIRST_RANGES`, the result is the range of the larger cell of level
+            `FIRST_RANGES` that contains the given cell.
         """
         if not self._ranges:
             self._ranges = _ranges(self.read())

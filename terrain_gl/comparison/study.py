@@ -124,7 +124,8 @@ def study(
         The number for each method, reduced to a number that all can draw (`drawable`). With `max_error_px`, the number
         with which method "sat" certifies this error.
     with_curves
-        Also measure `BUDGETS` times this number of triangles.
+        Also measure all methods at several numbers of triangles: `triangles` times each factor in `BUDGETS`, as long as
+        the product is smaller than the number of triangles in the truth.
     between
         Whether the baselines may have vertices between posts.
     from_mesh

@@ -157,7 +157,10 @@ class _Cutter:
         return np.asarray(np.isin(ends @ [n, 1], cut).any(1))
 
     def split(self, face: np.ndarray, pieces: _Pieces) -> None:
-        """Add the parts of a face in the boxes between lines that are not voids."""
+        """Add the parts of a face that are outside voids.
+
+        The lines of `pieces` divide the plane into boxes. A part is the intersection of the face with one of the boxes.
+        """
         cols, rows = pieces.lines
         rim = [number for a, b in _edges(face) for number in (a, *self._between(a, b))]
         numbers = np.array(rim + self._inside(face, cols, rows))

@@ -43,7 +43,7 @@ class Line(NamedTuple):
 
 
 def source(path: str, defines: Defines = _NONE) -> str:
-    """Text of the shader `path` as the driver sees it: with version and defines, includes expanded."""
+    """Text of the shader `path`: version, defines, expanded includes. Macros of `define` are not in it."""
     return _text(_load(path, defines))
 
 

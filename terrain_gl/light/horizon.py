@@ -416,7 +416,10 @@ def lattice_direction(towards: Vector, spacing_m: tuple[float, float]) -> Direct
 
 
 def lattice_directions(count: int) -> list[Direction]:
-    """`count` steps (a multiple of 8), counter-clockwise from the east; lines in these steps meet many posts."""
+    """`count` directions, counter-clockwise from the east; `count` is a multiple of 8.
+
+    A direction is a step in columns and rows, of which the larger is 1. So many posts lie exactly on the lines.
+    """
     fine = count // 8
     eighth = [(1.0, i / fine) for i in range(fine)]
     quarter = eighth + [(i / fine, 1.0) for i in range(fine, 0, -1)]

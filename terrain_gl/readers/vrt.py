@@ -161,7 +161,7 @@ def _georeference(root: ElementTree.Element, size: tuple[int, int]) -> Georefere
 
 
 def _crs(text: str) -> Any:
-    """A CRS from its number or its WKT. Other text is refused: GDAL would accept network addresses, too."""
+    """A CRS from its number or its WKT; None for other text. GDAL would also accept network addresses."""
     import rasterio
 
     number = text.upper().removeprefix("EPSG:")

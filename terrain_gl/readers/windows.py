@@ -305,7 +305,7 @@ class RasterFile:
 
 
 def _teller(files: Sequence[RasterFile]) -> RasterFile:
-    """The first file that names a coordinate system, which is used for all files; if none does, the first file."""
+    """The file whose coordinate system all files get: the first that names one, or the first file if none does."""
     return next((file for file in files if file.georeference and file.georeference.crs), files[0])
 
 

@@ -57,7 +57,7 @@ def shift_px(scale: ScreenScale, rise_m: np.ndarray) -> np.ndarray:
     return np.where(moved > 0, scale.px_m * np.abs(rise_m) / np.where(moved > 0, moved, 1.0), np.inf)
 
 
-# n = max(1, K √(s_x s_y) / z)
+# The weight of a post at the depth z is   n = max(1, K √(s_x s_y) / z),   with the spacings s_x east and s_y north.
 
 
 def post_weights(heights: np.ndarray, spacing_m: tuple[float, float], view: Pinhole) -> np.ndarray:
