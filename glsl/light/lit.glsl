@@ -6,10 +6,10 @@
 // Provides Lit, merged_ground(), lit_ground(), direct_light(), outgoing_light().
 
 #include "shade/footprint.glsl"
+#include "light/dome.glsl"  // u_dome before u_lobe_sums: see gl.texel_texture
 #include "light/merged.glsl"
 #include "shade/grain.glsl"
 #include "light/lean.glsl"
-#include "light/dome.glsl"
 #include "horizon/visible.glsl"
 
 struct Lit {

@@ -103,6 +103,7 @@ def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> m
 
     Where a shader reads a `WordTexture`, llvmpipe still has the sampler that an earlier shader had in this place, and
     compiles the shader again for each other sampler. So all textures that compute shaders read have the same one.
+    Places are in the order of declarations: the shader of light declares its few other textures before most words.
     """
     texture = ctx.texture(size, 1, dtype=dtype)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
