@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import refused
 from maps import MAPS
 from ring_scenes import check_covered_once, clipmap_of, triangles_of
 
@@ -152,6 +153,12 @@ def test_mesh_writes_the_whole_store_and_its_views(store, run, hills):
         assert np.abs(z - truth).max() <= (2 if "--max-error-m" in words else np.ptp(whole.range_m))
         assert stats.get("method", "sat") == "sat" and stats["triangles"] <= 900 or "--triangles" not in words
     assert run("mesh", store, "-o", "m.glb", "--texture", 64, "--max-error-m", 6)[0] == 0
+
+
+def test_a_method_that_would_have_no_effect_is_refused(store, run):
+    refused(run("mesh", store, "-o", "land.glb", "--method", "quadtree"), 2, "by the method sat, not by quadtree")
+    for_view = run("mesh", store, "-o", "land.glb", "--max-error-m", "2", "--method", "sat")
+    refused(for_view, 2, "leave out", "--method")
 
 
 def test_a_mesh_of_a_damaged_store_is_written_with_the_bound_that_holds(store, run):

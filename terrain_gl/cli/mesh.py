@@ -56,8 +56,9 @@ def run(args: argparse.Namespace) -> int:
     is_page = Path(args.output).suffix.lower() == ".html"
     if is_page:
         args.texture = args.texture or LONGEST_PX
-    if args.max_error_m and (args.triangles or args.max_error_px):
-        raise UsageError("--max-error-m is for the whole map, not for a view: leave out --triangles and --max-error")
+    if args.max_error_m and (args.triangles or args.max_error_px or args.method):
+        of_view = "--triangles, --max-error and --method"
+        raise UsageError(f"--max-error-m is for the whole map, not for a view: leave out {of_view}")
     if args.texture:
         options.check_writable(*map(str, files_beside(args.output)))
     scene = options.open_scene(args)
@@ -83,6 +84,8 @@ def run(args: argparse.Namespace) -> int:
 def _drawn(args: argparse.Namespace, scene: options.CommandScene, is_page: bool) -> tuple[Mesh, dict[str, Any]] | None:
     """The mesh and its numbers; None if a raster's store lacks room for its tiles, and the raster fits into memory."""
     with options.make_renderer(args, scene) as renderer, stores.loading(renderer):
+        if renderer.streaming and args.method == _METHOD:
+            raise UsageError(f"a store is drawn by the method sat, not by {_METHOD}")
         texture = file_bytes(_texture(renderer, args, scene), ".jpg" if is_page else ".png") if args.texture else None
         triangles, heights, stats = _of_view(renderer, args, scene) if _has_view(args) else _of_map(renderer, args)
         if not stats.get("complete", True) and stores.may_be_held(scene.heightmap):
@@ -103,9 +106,7 @@ def _has_view(args: argparse.Namespace) -> bool:
 def _of_view(
     renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    method = args.method or _METHOD
-    if renderer.streaming and method == _METHOD:
-        method = "sat"
+    method = args.method or ("sat" if renderer.streaming else _METHOD)
     stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT, "method": method})
     return renderer.triangles(), renderer.inspector.drawn_heights(), stats
 
