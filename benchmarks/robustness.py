@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from terrain_gl.film.record import JOURNAL
+from terrain_gl.film.parts import JOURNAL
 
 LONGEST_S = 240.0  # time limit; a file or a command takes seconds, but the machine may be busy
 READ = """
