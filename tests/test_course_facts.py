@@ -55,12 +55,12 @@ def test_lesson_6_compares_at_equal_error():
     figure, rng = checking.load(LESSONS[6] / "figure.py"), np.random.default_rng(8)
     heights = figure.spike(figure.land(rng, 65, 65), rng)
     errors = figure.truth.true_rtin(heights)
-    for tolerance_m, said in ((30.0, "890 of them"), (20.0, "973, and 27.1 metres off")):
+    for tolerance_m, said in ((30.0, "890 of them"), (20.0, "973 right triangles")):
         found = figure.triangles(errors, tolerance_m)
         worst = max(farthest(np.array(each[:3]), heights) for each in found)
         assert said in page(6) and said.startswith(str(len(found))) and f"{worst:.1f}" in page(6)
     leaves = figure.tree(figure.truth.node_errors(heights), 30.0)
-    assert f"{len(leaves)} leaves, which is {2 * len(leaves)} triangles" in page(6)
+    assert f"{len(leaves)} leaves are {2 * len(leaves)} triangles" in page(6)
 
 
 def farthest(corners, heights):
