@@ -102,7 +102,7 @@ float sky_visible(int lobe, vec2 post, vec2 extent) {
     return mean_share(lobe, box.xy, min(box.zw, vec2(share_texels())), share_texels()) / FULL;
 }
 
-// The share of each of three neighbouring texels that a box covers.
+// Along one axis, a box reaches from a to c: the share that it covers of each of three neighbouring texels.
 vec3 covered(float a, float c, float first) {
     vec3 low = first + vec3(0.0, 1.0, 2.0);
     return max(min(vec3(c), low + 1.0) - max(vec3(a), low), 0.0);

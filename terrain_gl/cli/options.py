@@ -240,7 +240,7 @@ def _opened(
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:
-    """Refuse outputs that cannot be written, or that are also inputs: the map, a path, a sky, a material, overlays."""
+    """Refuse outputs that cannot be written, or that are also inputs: the map, or a file such as that of `--path`."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
     written = {os.path.realpath(path) for path in outputs if path}

@@ -1,8 +1,8 @@
 """Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view: a comparison for our meshes.
 
-No error table has these errors, because they depend on the view. On the other hand, a leaf here is always two
-triangles, and only posts are measured. Our meshes also have fans, cut edges, and vertices between posts. So our meshes
-can have a smaller error than these trees.
+These trees know the true errors in the view. Our error tables do not, because they do not depend on the view. But a
+leaf of these trees is always two triangles, and only posts are measured. Our meshes also have fans, cut edges, and
+vertices between posts. So our meshes can have a smaller error than these trees.
 """
 
 import itertools

@@ -275,7 +275,7 @@ def _gltf(mesh: Mesh, sizes: list[int]) -> dict[str, object]:
 
 
 def _materials(mesh: Mesh) -> dict[str, object]:
-    """Rough ground; or the texture without shading, because it already includes light."""
+    """The material of a glTF: rough ground. A texture already includes light, so it is shown without shading."""
     rough: dict[str, object] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
     if not mesh.texture:
         return {"materials": [{"pbrMetallicRoughness": rough | {"baseColorFactor": [0.55, 0.5, 0.42, 1.0]}}]}

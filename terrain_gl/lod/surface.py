@@ -1,7 +1,8 @@
 """Surfaces: the interface that all methods share. Pictures, exports and measurement use only this interface.
 
-A surface is the shaders up to the last vertex, and the buffers that they read. A method's `select` fills the buffers
-for a camera; the module `mesh` then draws the surface into a picture, captures its triangles, or draws it from above.
+A surface is the shaders that compute the vertices, and the buffers that they read. A method's `select` fills the
+buffers for a camera; the module `mesh` then draws the surface into a picture, captures its triangles, or draws it from
+above.
 """
 
 from __future__ import annotations

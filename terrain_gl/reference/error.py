@@ -117,7 +117,7 @@ def wedges_of_posts(heights: np.ndarray, level: int) -> np.ndarray:
 def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Largest error in each wedge of each node's fan, west, north, east and south, (rows, cols, 4) of nodes.
 
-    A crossed cell counts in each wedge that one of its posts lies in.
+    A cell that a diagonal may cross (`crossed_cells`) counts in each wedge that has one of the cell's posts.
 
     Returns
     -------

@@ -22,7 +22,7 @@ from .tree import balance, children_of, existing, grow, neighbours, unsplit
 
 
 class Errors(NamedTuple):
-    """The tables of a level's nodes, (rows, cols): metres, which do not depend on the view."""
+    """The tables of a level's nodes, the same for all views: (rows, cols) and metres, if no comment says otherwise."""
 
     quad_max: np.ndarray
     fan_max: np.ndarray  # nested: at least the children's

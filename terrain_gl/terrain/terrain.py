@@ -1,4 +1,4 @@
-"""The heightmap on the GPU: textures of heights and of marks, and the block of sizes that every shader reads."""
+"""The heightmap on the GPU: textures of heights and of marks, and the uniform block that describes the map."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class Controller:
 
     @property
     def pose(self) -> Pose:
-        """Place and direction of the camera; setting it stops all motion."""
+        """Place and direction of the camera; setting it stops all motion, except that of keys that are held."""
         x, y, z = (float(v) for v in self.eye)
         return Pose((x, y, z), self.azimuth_deg, self.elevation_deg, self.fov_deg)
 

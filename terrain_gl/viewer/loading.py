@@ -256,7 +256,8 @@ def _sample(n: int) -> np.ndarray:
 def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None, added_m: float = 0.0) -> Heightmap:
     """The map with all heights multiplied, and metres added.
 
-    A map of a file is read again with another scale, so that a command line can still name the file.
+    If the map came from a file, the file is read again with another scale and offset. So the map can still be named in
+    a command: by its file and these two numbers.
     """
     if factor == 1 and added_m == 0:
         return heightmap
