@@ -115,11 +115,12 @@ def test_a_film_has_overlays(placed, run):
 
 
 def test_wrong_overlays_end_in_one_line(folder, run):
+    (folder / "degrees.json").write_text(json.dumps({"type": "Point", "coordinates": [7, 46]}))
     write_image("ground.png", np.full((8, 8, 3), 99, np.uint8))
     for words in (
         ("-o", "a.png", "--overlay", "gone.json"),
         ("-o", "a.png", "--overlay", "map.npy"),
-        ("-o", "a.png", "--overlay", "way.json"),  # degrees, and the map does not say where it lies
+        ("-o", "a.png", "--overlay", "degrees.json"),  # and the map does not say where it lies
     ):
         refused(run(*SHOT, *words), 1, words[-1])
     for words in (
@@ -129,4 +130,4 @@ def test_wrong_overlays_end_in_one_line(folder, run):
         ("-o", "a.png", "--json", "way.json", "--overlay", "way.json"),
     ):
         refused(run(*SHOT, *words), 2)
-    assert sorted(path.name for path in folder.iterdir()) == ["ground.png", "map.npy", "way.json"]
+    assert sorted(path.name for path in folder.iterdir()) == ["degrees.json", "ground.png", "map.npy", "way.json"]

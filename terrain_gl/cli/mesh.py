@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     is_page = Path(args.output).suffix.lower() == ".html"
     if is_page:
         args.texture = args.texture or LONGEST_PX
-    if args.max_error_m and (args.triangles or args.max_error_px or args.method):
+    if args.max_error_m and (args.triangles or args.max_error_px or args.method not in (None, _METHOD)):
         of_view = "--triangles, --max-error and --method"
         raise UsageError(f"--max-error-m is for the whole map, not for a view: leave out {of_view}")
     if args.texture:

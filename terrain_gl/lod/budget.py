@@ -48,7 +48,7 @@ class SearchRange(NamedTuple):
 # The error of N triangles is about proportional to 1 / N. Its square falls by the price λ for each further triangle, so
 # λ is proportional to 1 / N³.
 TOLERANCE = SearchRange(-8.0, 20.0, 1.0, 1 / 64)  # log2 of pixels
-PRICE = SearchRange(-36.0, 60.0, 1 / 3, 3 / 64)  # log2 of pixels² for a triangle
+PRICE = SearchRange(-36.0, 60.0, 1 / 3, 1 / 64)  # log2 of pixels² for a triangle
 FIRST_MEAN = -5.0
 MEAN = SearchRange(-40.0, 9.0, 1 / 3, 3 / 64)  # minus log2 of a price in squared tolerances
 
