@@ -159,8 +159,8 @@ class Viewer:
             scene.go_on(opened, scene.exaggeration)
         if replaces_preview and not is_preview and opened.exaggeration != 1:
             self.exaggerate(opened.exaggeration)
-        if opened.note and not is_preview:
-            self.window.say(opened.note, HINT_S)
+        if not is_preview:
+            self._tell(opened)
         renderer.picture.waits_for_light = False
         renderer.picture.has_bar = False
         renderer.timer.queries = Stopwatch.works(self.ctx)
@@ -184,11 +184,16 @@ class Viewer:
         scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
         if opened.exaggeration != 1 and not scene.is_preview:
             self.exaggerate(opened.exaggeration)
-        if opened.heightmap.assumes_spacing:
-            name = Path(opened.heightmap.name).name
-            hint = "set the spacing under Map"
-            assumed = f"{opened.heightmap.spacing_m[0]:g} m is assumed"
-            self.window.say(f"{name} gives no distance between its posts, {assumed}: {hint}", HINT_S)
+
+    def _tell(self, opened: Opened) -> None:
+        """Say how the map's file was understood, as the command line does."""
+        heightmap = opened.heightmap
+        notes = [opened.note, *(note for note in heightmap.notes if "--spacing" not in note)]
+        if heightmap.assumes_spacing:
+            assumed = f"{heightmap.spacing_m[0]:g} m is assumed: set the spacing under Map"
+            notes.append(f"{Path(heightmap.name).name} gives no distance between its posts, {assumed}")
+        if any(notes):
+            self.window.say("; ".join(filter(None, notes)), HINT_S)
 
     @property
     def title(self) -> str:

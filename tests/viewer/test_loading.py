@@ -56,6 +56,17 @@ def test_a_map_that_had_a_preview_has_the_exaggeration_that_was_asked_for(empty)
     assert empty.scene.exaggeration == 2 and empty.scene.heightmap.range_m[1] == 2 * heightmap.range_m[1]
 
 
+def test_the_window_says_how_a_file_was_understood(viewer, tmp_path):
+    heights = hills().heights.copy()
+    heights[5:9, 5:9] = -9999
+    np.save(tmp_path / "gaps.npy", heights)
+    viewer.loader.load("gaps.npy", file_opener(str(tmp_path / "gaps.npy")))
+    while viewer.loader.job:
+        later(viewer)
+    assert "16 posts have exactly -9999" in viewer.window.message
+    assert "gives no distance between its posts" in viewer.window.message
+
+
 def test_a_file_is_loaded_beside_the_map_that_is_seen(viewer, tmp_path):
     settle(viewer)
     before = viewer.scene.renderer
