@@ -246,14 +246,15 @@ def _drawn_shares(heightmap: Heightmap, hidden: np.ndarray, region: Region) -> n
     x, y, width, height = region
     rows, cols = (np.arange((at - 1) // PLACES, (at + n - 1) // PLACES + 1) for at, n in ((y, height), (x, width)))
     drawn = ~_holes(heightmap, rows, cols)
-    for box in hidden // PLACES - [cols[0], rows[0], cols[0], rows[0]]:
-        x0, y0, x1, y1 = np.maximum(box, 0)
+    boxes = hidden // PLACES - [cols[0], rows[0], cols[0], rows[0]]
+    near = (boxes[:, :2] < [len(cols), len(rows)]).all(1) & (boxes[:, 2:] > 0).all(1)
+    for x0, y0, x1, y1 in np.maximum(boxes[near], 0).tolist():
         drawn[y0:y1, x0:x1] = False
-    beside = [
-        [(at + np.arange(n) - k) // PLACES - first for k in (0, 1)]
-        for at, n, first in ((y, height, rows[0]), (x, width, cols[0]))
-    ]
-    return np.mean([drawn[np.ix_(row, col)] for row in beside[0] for col in beside[1]], 0)
+    share = 0.25 * drawn.astype(np.float32)
+    for axis, (at, n, first) in enumerate(((y, height, rows[0]), (x, width, cols[0]))):
+        before, after = ((at + np.arange(n) - k) // PLACES - first for k in (1, 0))
+        share = share.take(before, axis) + share.take(after, axis)
+    return share
 
 
 def places_of(heightmap: Heightmap) -> tuple[int, int]:
