@@ -1,6 +1,7 @@
 """The summed-area table of heights that shading reads, and the direction of the sun."""
 
 import math
+from dataclasses import dataclass
 
 import moderngl
 
@@ -10,6 +11,33 @@ from ..gpu.bindings import bind
 from ..sat import Table
 from ..terrain import Terrain, steps_per_m
 from .recorded import RecordedTable
+
+
+@dataclass(frozen=True)
+class SumsTable:
+    """A summed-area table of heights: of a map in memory, or of one tile of a store.
+
+    Attributes
+    ----------
+    buffer, first
+        Where it is on the GPU, and the number of its first word there.
+    size
+        Columns and rows.
+    width
+        Words from one row to the next; 0: as many as it has columns.
+    corner, level
+        Column and row of the map's post of its first entry. The next entries are 2^level posts apart.
+    """
+
+    buffer: moderngl.Buffer
+    first: int
+    size: tuple[int, int]
+    width: int = 0
+    corner: tuple[int, int] = (0, 0)
+    level: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "width", self.width or self.size[0])
 
 
 class HeightSums(RecordedTable):
@@ -28,6 +56,11 @@ class HeightSums(RecordedTable):
     def bind(self) -> None:
         """Bind the sums for shaders that read relief."""
         bind("shade/posts.glsl", HeightSums=self.buffer, u_height_sums=self.texture)
+
+    def table_over(self, col: int, row: int) -> SumsTable:
+        """The table that holds the sums over a post: one table holds those of the whole map."""
+        heightmap = self.terrain.heightmap
+        return SumsTable(self.buffer, 0, (heightmap.cols, heightmap.rows))
 
     def _feed(self, buffer: moderngl.Buffer) -> None:
         self.terrain.bind()

@@ -23,7 +23,7 @@ from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..light.climate import AUTO
 from ..light.gaussians import SKY_AXES
-from ..light.ground import HeightSums
+from ..light.ground import HeightSums, SumsTable
 from ..light.horizon import FULL, SUN_RADIUS, Visibility, lattice_direction, sun_uniforms
 from ..light.lighting import Lighting, sky_seen
 from ..light.moments import Direction
@@ -243,6 +243,19 @@ class SumsOfPages:
 
     def update(self, posts: Rect) -> None:
         """Follow an edit. There is nothing to do: the pages have new sums already."""
+
+    def table_over(self, col: int, row: int) -> SumsTable:
+        """The table of the finest loaded page over a post."""
+        terrain = self._terrain
+        heightmap, side = terrain.heightmap, terrain.heightmap.tile
+        rows, cols = heightmap.pages(0)
+        fine = min(row // side, rows - 1), min(col // side, cols - 1)
+        level = int(terrain.levels[fine])
+        key = level, fine[0] >> level, fine[1] >> level
+        down, across = (min(side, n - side * at) + 1 for n, at in zip(heightmap.nodes(level), key[1:], strict=True))
+        first = (side + 1) ** 2 * terrain.slot_of[key]
+        corner = key[2] * side << level, key[1] * side << level
+        return SumsTable(terrain.height_sums, first, (across, down), side + 1, corner, level)
 
     def release(self) -> None:
         """Release GPU resources."""

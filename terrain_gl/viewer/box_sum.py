@@ -2,41 +2,12 @@
 
 from dataclasses import dataclass, replace
 
-import moderngl
 import numpy as np
 
 from ..basics.words import metres
-from ..pages.map import PagedMap
-from ..pages.terrain import PagedTerrain
+from ..light.ground import SumsTable
 from ..renderer import Renderer
 from ..terrain import quantisation_range
-
-
-@dataclass(frozen=True)
-class SumsTable:
-    """A summed-area table of heights: of a map in memory, or of one tile of a store.
-
-    Attributes
-    ----------
-    buffer, first
-        Where it is on the GPU, and the number of its first word there.
-    size
-        Columns and rows.
-    width
-        Words from one row to the next; 0: as many as it has columns.
-    corner, level
-        Column and row of the map's post of its first entry. The next entries are 2^level posts apart.
-    """
-
-    buffer: moderngl.Buffer
-    first: int
-    size: tuple[int, int]
-    width: int = 0
-    corner: tuple[int, int] = (0, 0)
-    level: int = 0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "width", self.width or self.size[0])
 
 
 @dataclass(frozen=True)
@@ -91,26 +62,9 @@ class BoxSum:
         ]
 
 
-def table_over(renderer: Renderer, col: int, row: int) -> SumsTable:
-    """The table over a post: that of the map, or of the finest loaded tile of a store."""
-    terrain = renderer.terrain
-    heightmap = terrain.heightmap
-    if not (isinstance(terrain, PagedTerrain) and isinstance(heightmap, PagedMap)):
-        return SumsTable(renderer.picture.sums.buffer, 0, (heightmap.cols, heightmap.rows))
-    side = heightmap.tile
-    rows, cols = heightmap.pages(0)
-    fine = min(row // side, rows - 1), min(col // side, cols - 1)
-    level = int(terrain.levels[fine])
-    key = level, fine[0] >> level, fine[1] >> level
-    down, across = (min(side, n - side * at) + 1 for n, at in zip(heightmap.nodes(level), key[1:], strict=True))
-    first = (side + 1) ** 2 * terrain.slot_of[key]
-    corner = key[2] * side << level, key[1] * side << level
-    return SumsTable(terrain.height_sums, first, (across, down), side + 1, corner, level)
-
-
 def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
     """Look up the box around a post, at most `side` entries of the table a side, in the GPU's table."""
-    table = table_over(renderer, col, row)
+    table = renderer.picture.sums.table_over(col, row)
     cols, rows = table.size
     col, row = ((at - corner) >> table.level for at, corner in zip((col, row), table.corner, strict=True))
     x0, y0 = max(0, min(col - side // 2, cols - 1)), max(0, min(row - side // 2, rows - 1))
