@@ -224,3 +224,10 @@ def test_slivers_across_the_near_plane_lose_no_sample(ctx, monkeypatch, is_clamp
     eye, target = (6737.229889827, 6.642529635, 0.136080563), (3070.834647935, 0.913289311, 291.211656712)
     view = Camera(eye, target, 9.707728083658697, (0.79611278, -2.67033928, -1.00287122)), 0.767597, "max"
     assert lost_samples(ctx, [4010, 1], view) == (0 if is_clamped else 1)
+
+
+def test_an_eye_in_the_plane_of_flat_land_sees_none_of_it(ctx):
+    """Clamped depths end OpenGL's cut at the near plane. Without gl_ClipDistance, a third of the picture is land."""
+    with Renderer(Heightmap(np.zeros((65, 65), "f4"), 10.0), (320, 180), ctx=ctx) as renderer:
+        renderer.draw(Camera((325, 325, 0), (600, 320, -50), 60.0), 1.0, style=UNLIT)
+        assert (renderer.picture.sky_share() == 1).all()
