@@ -40,7 +40,6 @@ from .selection import INFINITE_PX, METRES, Goal, Selection
 AGREEING = 2  # rounds of `agree` that run at once; only then Python checks whether leaves are still queued
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
 PRICED = ("budget", "mean")  # a price decides, and no tolerance
-MEAN_ACROSS = (BLOCKS_ACROSS, 64)  # blocks across a ring for a mean: more if units are too large for a narrow view
 SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
 _UNITS = BLOCK_SIDE * BLOCK_SIDE
 _BARRIER = (
@@ -110,17 +109,16 @@ class RingsSelector(OfPatches):
         self._hiding = hiding(self.terrain, self.view, camera, size, goal)
         view = self.terrain.heightmap, camera, size, near_m
 
-        def rings(across: int, left_out: int = 0) -> list[Ring]:
+        def rings(across: int = BLOCKS_ACROSS, left_out: int = 0) -> list[Ring]:
             rings = self._rings_of(camera, across, left_out)
             return rings_in_picture(rings, *view) if goal.cull else rings
 
         has_mean = goal.metric == "rms" and not triangles and goal.tolerance_px > 0
-        for across in MEAN_ACROSS if has_mean else ():
-            if mesh := self._mean(rings(across), goal):
-                return mesh
+        if has_mean and (mesh := self._mean(rings(), goal)):
+            return mesh
         if not triangles:
             self._variant = "few" if few else "max"
-            return self._keep(rings(across_for(few) if few else BLOCKS_ACROSS))
+            return self._keep(rings(across_for(few)) if few else rings())
         self._variant = "budget"
         for left_out in range(self.terrain.coarsest_ring):  # all rings together may need more triangles than allowed
             selection = self._spend(rings(across_for(triangles), left_out), triangles)
