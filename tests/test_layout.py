@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from terrain_gl import error, lod, sat
-from terrain_gl.comparison import bilinear, clipmap, tessellated
+from terrain_gl.comparison import clipmap, tessellated
 from terrain_gl.gpu import gl, layout, shaders
 from terrain_gl.light import gaussians, horizon, lobes
 
@@ -191,8 +191,6 @@ TWICE = [
     ("sat/spread.comp", "STRIP", sat.STRIP),
     ("error/coarse.glsl", "FINE_LEVELS", error.FINE_LEVELS),
     ("lod/quadtree/draws.comp", "MOST_VERTICES", gl.MOST_VERTICES),
-    ("mesh/bilinear.tesc", "FINER", bilinear.FINER),
-    ("mesh/bilinear.tese", "FINER", bilinear.FINER),
     ("comparison/clipmap/ring.vert", "BLOCK", clipmap.BLOCK),
     ("comparison/tessellated/levels.comp", "MOST", tessellated.MOST),
     ("light/lights.glsl", "SKY_LOBES", len(gaussians.SKY_AXES)),

@@ -38,7 +38,6 @@ WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the fu
     "lod/rings/agree.comp",
     "lod/rings/spawn.comp",
     "lod/rings/weigh.comp",
-    "mesh/bilinear.tesc",
     "mesh/error.frag",
     "mesh/patch.glsl",
     "mesh/patch.vert",

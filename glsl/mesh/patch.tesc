@@ -1,11 +1,15 @@
 // mesh/patch.tesc — the tessellation levels of a patch, from its record. The inner level is the patch's own number of
 //   segments. The level of an edge is the number of its finer side. With OWN_EDGES it is the patch's own number, so
 //   the mesh has cracks. Inner level 2 gives one inner vertex, the centre of a fan. In views from above, patches
-//   outside the picture are dropped.
+//   outside the picture are dropped. With FINER, the picture has so many segments for each segment of a patch.
 // Python twins: reference.patch_triangles, reference.fan_triangles
 
 #include "mesh/shape.glsl"
 #include "mesh/to.glsl"
+
+#ifndef FINER
+#define FINER 1
+#endif
 
 layout(vertices = 1) out;
 
@@ -16,7 +20,9 @@ void main() {
     v_shape = v_patch[0];
     Shape s = shape_of(v_shape);
     bool beside = is_beside(s.corner, end_of(s));
-    int own_log2 = s.side_log2 - s.step_log2;
+    int finer_log2 = TO == PICTURE ? findMSB(FINER) : 0;
+    int own_log2 = s.side_log2 - s.step_log2 + finer_log2;
+    s.edges_log2 += finer_log2;
 #ifdef OWN_EDGES
     s.edges_log2 = ivec4(s.fan ? 0 : own_log2);
 #endif

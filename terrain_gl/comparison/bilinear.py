@@ -23,6 +23,7 @@ from ..basics.rect import Rect
 from ..camera import Camera
 from ..gpu import gl
 from ..lod import Goal, QuadtreeSelector, Selection
+from ..lod.patches import OfPatches
 from ..renderer.methods import Selectors, quadtree
 
 FINER = 2  # segments for each segment of a full-resolution patch
@@ -39,10 +40,8 @@ class Bilinear:
         Chooses the patches.
     """
 
-    stages: Mapping[str, str] = MappingProxyType(
-        {"vertex": "mesh/patch.vert", "tess_control": "mesh/bilinear.tesc", "tess_evaluation": "mesh/bilinear.tese"}
-    )
-    defines: Mapping[str, object] = MappingProxyType({"FINER": FINER})
+    stages = OfPatches.stages
+    defines: Mapping[str, object] = MappingProxyType({"FINER": FINER})  # in the picture alone: glsl/mesh/patch.tesc
     on_heights = True
     mode = moderngl.PATCHES
     indices = None
