@@ -22,12 +22,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from light_truth import render_light_truth
+from prefilters import LIGHT_LABELS, PRINTED, compare_light, shade_as_printed
 
 from terrain_gl import Camera, Heightmap, Renderer, reference
 from terrain_gl.basics.replacing import replacing
-from terrain_gl.comparison.light import LIGHT_LABELS, PRINTED, compare_light, shade_as_printed
-from terrain_gl.comparison.light_truth import render_light_truth
-from terrain_gl.comparison.likeness import rmse
+from terrain_gl.comparison.likeness import flip, rmse
 from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.gpu.context import create_context
@@ -199,11 +199,11 @@ def picture_of(kept, key, path, scales, posts, fine):
     known = kept.folder / f"{key.replace(' ', '-')}-truth.png"
     truth = read_image(known) if known.exists() else None
     with Renderer(heightmap, SIZE) as renderer:
-        found = compare_light(renderer, camera_over(heightmap, posts), fine, truth=truth, sun=SUN)
-    write_png(known, found.truth)
-    row = [found.truth, *(entry.image for entry in found.entries)]
+        truth, images = compare_light(renderer, camera_over(heightmap, posts), fine, truth, sun=SUN)
+    write_png(known, truth)
+    row = [truth, *images.values()]
     write_png(kept.folder / f"{key.replace(' ', '-')}.png", np.concatenate(row, 1).repeat(4, 0).repeat(4, 1))
-    return {entry.method: [entry.stats["image_rmse"], entry.stats["flip"]] for entry in found.entries}
+    return {way: [rmse(truth, image), flip(truth, image)] for way, image in images.items()}
 
 
 def middle_of(heightmap):

@@ -1,6 +1,8 @@
 """Ground truth for light: rays, directions, averages; and the difference of each prefilter from it."""
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,14 +11,16 @@ from maps import MAPS, rough
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera
-from terrain_gl.comparison.light import LIGHT_LABELS, compare_light
-from terrain_gl.comparison.light_truth import developed, render_light_truth
 from terrain_gl.comparison.likeness import rmse
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import srgb_from_linear
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.terrain import Terrain
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from light_truth import developed, render_light_truth
+from prefilters import LIGHT_LABELS, compare_light
 
 RAYS = "return vec4(sees(a.xy, ground_m(a.xy), b.xyz) ? 1.0 : 0.0, ground_m(a.xy), slope_of_cells(a.xy));"
 
@@ -41,7 +45,7 @@ def test_rays_end_where_marching_says(ctx):
         level = np.sqrt(1 - sine * sine)
         rays = np.stack([flat[0] * level, flat[1] * level, sine, 0 * sine], -1)
         places = np.pad(posts, ((0, 0), (0, 2)))
-        answers = ask(ctx, "comparison/truth/ground.glsl", RAYS, places, rays, bind=lambda _: terrain.bind())
+        answers = ask(ctx, "../benchmarks/glsl/truth/ground.glsl", RAYS, places, rays, bind=lambda _: terrain.bind())
         # beyond 4 posts the shader's steps are longer than the reference's, and may step over a tip
         assert np.mean(answers[:, 0] == expected) > 0.97
     assert np.allclose(answers[:, 1], reference.bilinear_heights(heightmap.heights, *posts.T), atol=1e-2)
@@ -53,7 +57,7 @@ def test_directions_fill_their_lobes(ctx, axis):
     draws = np.pad(np.arange(4096.0)[:, None], ((0, 0), (0, 3)))
 
     def mean_direction(w):
-        return ask(ctx, "comparison/truth/random.glsl", DIRECTIONS, [*axis, w], draws)[:, :3].mean(0)
+        return ask(ctx, "../benchmarks/glsl/truth/random.glsl", DIRECTIONS, [*axis, w], draws)[:, :3].mean(0)
 
     # means of ω: 2/3 for the cosine; of a uniform disc of radius 0.3, √(1 − r²) over it; coth k − 1/k
     disc = (1 - math.cos(0.3) ** 3) * 2 / 3 / math.sin(0.3) ** 2
@@ -105,7 +109,7 @@ def test_lobes_are_nearer_to_the_truth_than_any_rival(renderer):
     shader = renderer(heightmap, (32, 24))
     # far, where mipmapped normals lose most, and near (about one post a pixel), where only the edges of shadows matter
     for fov_deg, fine, most in ((12.0, 12, 0.75), (1.2, 8, 0.9)):
-        found = compare_light(shader, Camera(eye, middle, fov_deg), fine, sun=(300.0, 30.0))
-        error = {entry.method: entry.stats["image_rmse"] for entry in found.entries}
+        truth, images = compare_light(shader, Camera(eye, middle, fov_deg), fine, sun=(300.0, 30.0))
+        error = {name: rmse(truth, image) for name, image in images.items()}
         assert list(error) == list(LIGHT_LABELS)
         assert error["lobes"] < most * error["mip"] and error["lobes"] == min(error.values())

@@ -1,14 +1,19 @@
 """A camera that moves slowly towards distant, rough mountains: their shading must not flicker."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 
 from terrain_gl.camera import Camera
-from terrain_gl.comparison import prefilter
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import linear_from_srgb
 from terrain_gl.light.atmosphere import LUMINANCE
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade.picture import Look
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+import prefilters
 
 FRAMES, SIZE, SUN = 60, (48, 27), (250.0, 25.0)
 
@@ -60,11 +65,11 @@ def shimmer(lights):
 def lights_of(heightmap, ctx, cameras, baseline=None, fine=1):
     """Luminances of our own shading, or of a baseline's, each pixel the mean of `fine` × `fine`."""
     with Renderer(heightmap, size=(SIZE[0] * fine, SIZE[1] * fine), ctx=ctx) as renderer:
-        mipmaps, lights = prefilter.Mipmaps(renderer.picture), []
+        mipmaps, lights = prefilters.Mipmaps(renderer.picture), []
         for camera in cameras:
             picture = renderer.render(camera, sun=SUN, edge="none").image  # of the land alone
             if baseline:
-                prefilter.shade_as(baseline, renderer.picture, mipmaps, camera, Look(sun=SUN))
+                prefilters.shade_as(baseline, renderer.picture, mipmaps, camera, Look(sun=SUN))
                 picture = renderer.picture.read()
             lights.append(luminance(picture, fine))
         mipmaps.release()

@@ -25,7 +25,7 @@
 #define FULL 4095.0  // share of 1
 #endif
 #ifndef PRINTED
-#define PRINTED 0  // light/printed.glsl
+#define PRINTED 0  // benchmarks/glsl/prefilter/printed.frag
 #endif
 
 layout(local_size_x = 64) in;

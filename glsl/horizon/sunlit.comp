@@ -14,7 +14,7 @@
 #include "horizon/blocks.glsl"
 
 #ifndef PRINTED
-#define PRINTED 0  // light/printed.glsl
+#define PRINTED 0  // benchmarks/glsl/prefilter/printed.frag
 #endif
 
 layout(local_size_x = 64) in;

@@ -13,7 +13,7 @@
 //   Specular (B.1, B.2). The lobe of half-vectors becomes a lobe of incoming light around the reflected direction, with
 //   sharpness κ/(4 |o·μ|) (Wang et al. 2009, section 4) and integral 1.
 //   It is multiplied by Fresnel's factor (Schlick 1994).
-//   For comparison only: printed_diffuse() is B.3 and B.4, merged by C.1 to C.4, as printed (light/printed.glsl).
+//   For comparison only: printed_diffuse() is B.3 and B.4, merged by C.1 to C.4, as printed (benchmarks/glsl).
 // Provides cosine_mean(), printed_diffuse(), reflection_lobe(), specular_of(), schlick(), sharpness_of_roughness().
 // Python twins: reference.cosine_mean, reference.printed_diffuse, reference.reflection_lobe
 

@@ -4,7 +4,7 @@
 //   Its sharpness:               κ ≈ (3|r| − |r|³) / (1 − |r|²)                                        (equation C.1)
 //   C.1's κ differs by up to 5 % from the exact inverse of coth κ − 1/κ. Two Newton steps remove that error;
 //   above κ = 20 the inverse is 1/(1 − |r|) in float precision. So merging equal lobes gives the same lobe again.
-//   For comparison only, PRINTED 3 uses C.1 as printed in both directions (light/printed.glsl).
+//   For comparison only, PRINTED 3 uses C.1 as printed in both directions (benchmarks/glsl).
 // Provides mean_length(), sharpness_of(), lobe_length(), cubic_length(), cubic_sharpness(), vmf_lobe().
 // Python twins: reference.mean_length, reference.sharpness_of_length, reference.cubic_length, reference.cubic_sharpness
 

@@ -9,8 +9,6 @@ from typing import Any
 from ..basics.exceptions import UsageError
 from ..comparison import figures
 from ..comparison.compare import FINE, LABELS
-from ..comparison.light import LIGHT_LABELS, compare_light
-from ..comparison.light_truth import FINE as FINE_LIGHT
 from ..comparison.study import SHADING, VERTICES, Study, study
 from . import options, report, values
 
@@ -31,13 +29,6 @@ def add(commands: Any) -> None:
         "With --max-error: the triangles needed to certify that error, and how many the other methods need\n"
         "to achieve it.",
         example="compare canyon --view ridge --triangles 50000 --curve -o compare.png",
-    )
-    command.add_argument(
-        "--what",
-        choices=("meshes", "light"),
-        default="meshes",
-        help="compare meshes (default), or light: our lobes and other prefilters next to brute force (slow:"
-        " --size 160x90)",
     )
     options.add_map(command)
     options.add_output(command, f"figure, {', '.join(figures.FORMATS)}")
@@ -64,7 +55,8 @@ def add(commands: Any) -> None:
         "--supersample",
         type=values.count,
         metavar="K",
-        help=f"draw each pixel as K x K pixels (default: {FINE}; for light: {FINE_LIGHT})",
+        default=FINE,
+        help=f"draw each pixel as K x K pixels (default: {FINE})",
     )
     options.add_look(command)
     options.add_technical(command)
@@ -77,21 +69,14 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"{report.shown(args.output)}: must end in one of {', '.join(figures.FORMATS)}")
     if args.size[1] > NARROWEST * args.size[0]:
         raise UsageError(f"--size: expected pictures at most {NARROWEST} times as high as wide: a figure holds several")
-    if args.what == "light" and (args.triangles or args.max_error or args.curve):
-        raise UsageError("compare --what light draws every post: leave out --triangles, --max-error and --curve")
-    args.supersample = args.supersample or (FINE_LIGHT if args.what == "light" else FINE)
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer, report.progress_bar("comparing") as progress:
-        if args.what == "light":
-            found = Study(compare_light(renderer, scene.camera, args.supersample, progress, **look(args, scene)))
-        else:
-            asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
-            own = args.baseline_vertices == "between", args.baseline_shading == "mesh"
-            found = study(renderer, scene.camera, *asked, progress, *own, **look(args, scene))
+        asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
+        own = args.baseline_vertices == "between", args.baseline_shading == "mesh"
+        found = study(renderer, scene.camera, *asked, progress, *own, **look(args, scene))
     with report.json_output(args.json, about(args, scene) | found.record()):
-        words = figures.OF_LIGHT if args.what == "light" else figures.OF_MESHES
-        figures.figure(args.output, found, caption(args, scene), words)
-    report.say(args.json, f"{report.shown(args.output)}\n{light_text(found) if args.what == 'light' else text(found)}")
+        figures.figure(args.output, found, caption(args, scene))
+    report.say(args.json, f"{report.shown(args.output)}\n{text(found)}")
     return 0
 
 
@@ -129,15 +114,6 @@ def in_lines(command: str) -> list[str]:
     bound = re.sub(r"(?<= )(--?[a-z-]+) (?=[^-])", "\\1\N{NO-BREAK SPACE}", command)
     lines = textwrap.wrap(bound, _CAPTION, subsequent_indent="   ", break_on_hyphens=False)
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
-
-
-def light_text(found: Study) -> str:
-    """RMSE and FLIP of every prefilter."""
-    entries = found.comparison.entries
-    rows = [["", *(LIGHT_LABELS[entry.method] for entry in entries)]]
-    for label, key in (("RMSE of the picture", "image_rmse"), ("FLIP of the picture", "flip")):
-        rows += [[label, *("–" if entry.stats[key] is None else f"{entry.stats[key]:.4f}" for entry in entries)]]
-    return report.table(rows)
 
 
 def text(found: Study) -> str:

@@ -2,16 +2,15 @@
 
 import io
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
-from .compare import LABELS, Comparison, MethodResult
-from .light import LIGHT_LABELS
+from .compare import LABELS, Comparison
 from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
@@ -39,37 +38,7 @@ def available() -> None:
         raise TerrainError("figures need matplotlib: pip install 'terrain-gl[compare]'") from None
 
 
-class Words(NamedTuple):
-    """The texts of a figure: labels of methods, lines under titles, and the meaning of the heat map."""
-
-    labels: Mapping[str, str]
-    truth: Callable[[Comparison], str]
-    entry: Callable[[MethodResult], str]
-    heat: str
-
-
-def _counts(entry: MethodResult) -> str:
-    rms_px, max_px = (entry.stats[key] for key in ("rms_error_px", "max_error_px"))
-    return f"{entry.stats['triangles']:,} triangles\n{rms_px:.3f} px RMS, {max_px:.2f} px at most"
-
-
-def _flip(entry: MethodResult) -> str:
-    return "FLIP unknown" if entry.stats["flip"] is None else f"FLIP {entry.stats['flip']:.4f}"
-
-
-def _every_post(found: Comparison) -> str:
-    return f"every post: {found.stats['triangles']:,} triangles"
-
-
-def _places(found: Comparison) -> str:
-    return f"{found.stats['places']} places a pixel, by rays"
-
-
-OF_MESHES = Words(LABELS, _every_post, _counts, "Screen error, pixels")
-OF_LIGHT = Words(LIGHT_LABELS, _places, _flip, "Difference, black 0 to white 1")
-
-
-def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str], words: Words = OF_MESHES) -> None:
+def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str]) -> None:
     """Write the figure: one column for the truth and for each method, with picture, inset and errors.
 
     Parameters
@@ -78,8 +47,6 @@ def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str], w
         A name that ends in one of `FORMATS`.
     caption
         Lines under the truth: the map, the view, the command.
-    words
-        The texts: `OF_MESHES` or `OF_LIGHT`.
     found
         The results. If there are curves, they are drawn below, with a table.
     """
@@ -90,7 +57,7 @@ def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str], w
     with matplotlib.rc_context(_STYLE), replacing(path) as beside:
         layout = _Layout(found.comparison, bool(found.curves), len(caption))
         sheet = Figure(figsize=(_WIDTH_IN, layout.height_in), dpi=_DPI, facecolor="white")
-        _side_by_side(sheet, layout, found.comparison, caption, words)
+        _side_by_side(sheet, layout, found.comparison, caption)
         if found.curves:
             _curves(sheet, layout, found.curves, found.pruned)
             _table(sheet, layout, found)
@@ -142,19 +109,20 @@ class _Layout:
         sheet.add_artist(Line2D(x, y, color="0.3", linewidth=0.8))
 
 
-def _side_by_side(sheet: Any, layout: _Layout, comparison: Comparison, caption: Sequence[str], words: Words) -> None:
+def _side_by_side(sheet: Any, layout: _Layout, comparison: Comparison, caption: Sequence[str]) -> None:
     entries = comparison.entries
     scale_px = _heat_scale([entry.error_px for entry in entries])
     _picture(layout.axes(sheet, 0, 0), comparison.truth, comparison.inset)
     _zoom(layout.axes(sheet, 0, 1), comparison.truth, comparison.inset)
-    _title(sheet, layout, 0, "Ground truth", words.truth(comparison))
+    _title(sheet, layout, 0, "Ground truth", f"every post: {comparison.stats['triangles']:,} triangles")
     for i, entry in enumerate(entries, 1):
         _picture(layout.axes(sheet, i, 0), entry.image, comparison.inset)
         _zoom(layout.axes(sheet, i, 1), entry.image, comparison.inset)
         shown = _heat(layout.axes(sheet, i, 2), entry.error_px, scale_px)
-        name = words.labels.get(entry.method, entry.method)
-        _title(sheet, layout, i, f"{name} ({entry.stats['image_rmse']:.4f})", words.entry(entry))
-    _legend(sheet, layout, shown, scale_px, [words.heat, *caption])
+        rms_px, max_px = (entry.stats[key] for key in ("rms_error_px", "max_error_px"))
+        numbers = f"{entry.stats['triangles']:,} triangles\n{rms_px:.3f} px RMS, {max_px:.2f} px at most"
+        _title(sheet, layout, i, f"{LABELS[entry.method]} ({entry.stats['image_rmse']:.4f})", numbers)
+    _legend(sheet, layout, shown, scale_px, ["Screen error, pixels", *caption])
 
 
 def _title(sheet: Any, layout: _Layout, column: int, title: str, subtitle: str) -> None:

@@ -315,7 +315,7 @@ class Visibility:
         (K, 3) unit vectors and (K,) of the sky's lobes, exp(sharpness (axis · ω − 1)).
     printed
         For comparison: 0 and 1 for our visibility, 2 and 3 for that of the supplement, equation A.5
-        (glsl/light/printed.glsl).
+        (benchmarks/glsl/prefilter/printed.frag).
     """
 
     def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray, printed: int = 0) -> None:

@@ -74,7 +74,7 @@ class Lighting:
     terrain, sums
         The map, and the sums of its heights.
     printed
-        For comparison: 0 for our light, 1 to 3 for steps towards the supplement's light (glsl/light/printed.glsl).
+        For comparison: 0 our light, 1 to 3 steps towards the supplement's (benchmarks/glsl/prefilter/printed.frag).
     """
 
     has_lobes = True  # whether there are tables of the ground's lobes

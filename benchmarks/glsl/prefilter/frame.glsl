@@ -1,4 +1,4 @@
-// comparison/prefilter/frame.glsl — code around other prefilters of normals, which we compare with ours:
+// prefilter/frame.glsl — code around other prefilters of normals, which we compare with ours:
 //   footprint, albedo, sky, air and tone mapping are the same.
 //   The normal, its spread and the sun's visibility come from mipmaps.
 //   Mipmaps are square. A long footprint takes several samples along its length,

@@ -1,4 +1,4 @@
-// comparison/prefilter/leadr.frag — mipmaps of slopes and of their products: a Gaussian of slopes for each footprint.
+// prefilter/leadr.frag — mipmaps of slopes and of their products: a Gaussian of slopes for each footprint.
 //   Dupuy et al. 2013, "Linear efficient antialiased displacement and reflectance mapping".
 //   Slopes s have the mean μ and the covariance Σ.
 //   A facet is weighted by its projected area w(s) = (o·n)/n_z = o_z − o_h·s
@@ -6,7 +6,7 @@
 //     diffuse    Σ w(s) max(n·l, 0) / Σ w(s), over the 7 × 7 points of a Gauss-Hermite rule instead of random points
 //     specular   a lobe whose width is the mean width of the covariance plus the cover's own roughness
 
-#include "comparison/prefilter/frame.glsl"
+#include "../benchmarks/glsl/prefilter/frame.glsl"
 
 const float AT[7] = float[7](-3.750439718, -2.366759411, -1.154405395, 0.0, 1.154405395, 2.366759411, 3.750439718);
 const float WEIGHT[7] = float[7](5.48268856e-4, 3.07571240e-2, 0.240123179, 0.457142857, 0.240123179, 3.07571240e-2,

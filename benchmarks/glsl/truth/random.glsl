@@ -1,4 +1,4 @@
-// comparison/truth/random.glsl — points that fill a square evenly, a different set for every pixel;
+// truth/random.glsl — points that fill a square evenly, a different set for every pixel;
 //   and directions from them.
 // Provides random_unit(), point_of(), around(), in_disc(), cosine_weighted(), vmf_weighted().
 

@@ -1,4 +1,4 @@
-// light/printed.glsl — the shading of the supplement of Li et al. 2021, as printed. We compare our shading with it.
+// prefilter/printed.frag — the shading of the supplement of Li et al. 2021, as printed, or a step towards it.
 //   L   = Σ over lights l of  V_l · ∫ SG_l(ω) ρ_n(ω) dω                                        (A.5, A.6)
 //   V_l = mean over the footprint of ∫ SG_l V dω / ∫ SG_l dω, without a cosine, above the horizontal              (A.5)
 //   ρ_n = mean of 1.170 e^(2.133 (ω·n − 1)), the cosine as a lobe: κ = 2.133, weight 3.398    (B.3, B.4)
@@ -9,9 +9,10 @@
 //     PRINTED 2   A.5: visibility is separate from the cosine, for the sun and for the sky
 //     PRINTED 3   B.3, B.4, C.1 to C.4: the lobe of κ = 2.133 instead of the closed mean of the cosine
 //   Specular light is ours, with the visibility and C.1 of these steps.
-// Provides lit_as_printed().   Python twins: reference.printed_diffuse, reference.visible_shares
 
+#include "shade/samples.glsl"
 #include "light/lit.glsl"
+#include "light/shown.glsl"
 
 vec3 diffuse_from(Light light, vec3 amplitude, Merged m) {
     if (PRINTED >= 3) return printed_diffuse(Lobe(light.axis, light.sharpness, amplitude), m.normal);
@@ -49,3 +50,9 @@ Lit lit_as_printed(Ground g) {
     }
     return l;
 }
+
+vec3 ground_colour(Ground g, int sample_) { return land_colour(g, outgoing_light(g, lit_as_printed(g)), g.distance_m); }
+
+vec4 colour_of_pixel() { return shown(pixel_colour()); }
+
+#include "shade/pixel.glsl"

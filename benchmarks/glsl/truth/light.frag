@@ -1,4 +1,4 @@
-// comparison/truth/light.frag — outgoing radiance by brute force (A.2) of the one place that this pixel sees.
+// truth/light.frag — outgoing radiance by brute force (A.2) of the one place that this pixel sees.
 //   Many pixels are averaged to one; nothing is prefiltered, fitted, or read from a table.
 //   Sun: a disc of its angular size. Sky: the dome, sampled in proportion to the cosine.
 //   Visibility: rays through the true ground.
@@ -8,8 +8,8 @@
 #include "shade/footprint.glsl"
 #include "light/lobes.glsl"
 #include "light/air.glsl"
-#include "comparison/truth/ground.glsl"
-#include "comparison/truth/random.glsl"
+#include "../benchmarks/glsl/truth/ground.glsl"
+#include "../benchmarks/glsl/truth/random.glsl"
 
 uniform int u_rays;        // rays to the sky for diffuse light; half as many for mirrored light
 uniform int u_run;

@@ -1,8 +1,8 @@
-// comparison/prefilter/toksvig.frag — mipmaps of normals; a mean normal N shorter than 1 widens the highlight:
+// prefilter/toksvig.frag — mipmaps of normals; a mean normal N shorter than 1 widens the highlight:
 //   s' = s |N| / (|N| + s (1 − |N|)), s the power of the highlight   (Toksvig 2005, "Mipmapping normal maps")
 // The power of a cosine is the sharpness of its lobe.
 
-#include "comparison/prefilter/frame.glsl"
+#include "../benchmarks/glsl/prefilter/frame.glsl"
 
 Lit lit_by_baseline(Ground g) {
     Mips m = mips_over(g, 1.0);

@@ -1,4 +1,4 @@
-// comparison/prefilter/record.comp — the values of each cell for the mipmaps of other prefilters:
+// prefilter/record.comp — the values of each cell for the mipmaps of other prefilters:
 //   normal, slopes, their squares and product, and the visible share of the sun.
 
 #include "horizon/lines.glsl"

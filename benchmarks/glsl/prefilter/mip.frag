@@ -1,6 +1,6 @@
-// comparison/prefilter/mip.frag — mipmaps of normals, normalised after the lookup, and of the shadow, as in most games.
+// prefilter/mip.frag — mipmaps of normals, normalised after the lookup, and of the shadow, as in most games.
 
-#include "comparison/prefilter/frame.glsl"
+#include "../benchmarks/glsl/prefilter/frame.glsl"
 
 Lit lit_by_baseline(Ground g) {
     Mips m = mips_over(g, 1.0);

@@ -1,4 +1,4 @@
-// comparison/truth/ground.glsl — the true ground at one place:
+// truth/ground.glsl — the true ground at one place:
 //   bilinear heights, and normals that are interpolated between the centres of cells.
 //   Rays march through it, and it is lit by brute force.
 // Provides ground_m(), slope_of_cells(), sees().   Python twins: reference.bilinear_heights, reference.horizon_sines

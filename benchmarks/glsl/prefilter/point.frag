@@ -1,6 +1,6 @@
-// comparison/prefilter/point.frag — no prefilter: the normal and the shadow at the footprint's middle.
+// prefilter/point.frag — no prefilter: the normal and the shadow at the footprint's middle.
 
-#include "comparison/prefilter/frame.glsl"
+#include "../benchmarks/glsl/prefilter/frame.glsl"
 
 Lit lit_by_baseline(Ground g) {
     vec4 at = textureLod(u_normals, g.post / vec2(u_last_post), 0.0);
