@@ -106,7 +106,7 @@ def landlock(folder: Path) -> bool:
     return held
 
 
-# Seccomp: for each machine its number (linux/audit.h), and the numbers of clone, fork, vfork and clone3
+# Seccomp, for each machine: its number (linux/audit.h), and the numbers of the calls clone, fork, vfork and clone3
 _FORKS = {"x86_64": (0xC000003E, (56, 57, 58, 435)), "aarch64": (0xC00000B7, (220, 435))}
 _LOAD, _IF_EQUAL, _IF_ABOVE, _ANSWER = 0x20, 0x15, 0x35, 0x06  # linux/bpf_common.h
 _ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 11, 0x80000000  # 11: EAGAIN

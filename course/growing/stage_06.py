@@ -2,7 +2,7 @@
 
 
 def tolerance(heights):
-    """Metres that are ten pixels at each post."""
+    """The height in metres that is ten pixels at each post."""
     row, col = np.indices(heights.shape).reshape(2, -1)
     p, (axes, focal) = in_camera(places_of(heights, np.stack([col, row], 1))), camera()
     p[2] = np.maximum(p[2], 300)

@@ -61,7 +61,7 @@ def mesh(heights):
 
 
 def clipmap(heights):
-    """Posts and triangles of all squares, each with its own spacing; what is beyond the map is its rim."""
+    """Posts and triangles of all squares, each with its own spacing; posts beyond the map are clamped to its rim."""
     parts = [grid(x, y, 1 << side, 1 << side, 1 << step) for x, y, side, step in squares_of(heights).tolist()]
     posts, triangles = together([(np.clip(posts, 0, len(heights) - 1), triangles) for posts, triangles in parts])
     x, y = posts[triangles].transpose(2, 1, 0)

@@ -29,7 +29,7 @@ def shade(heights, spacing):
 
 
 def main(path):
-    """Draw the three."""
+    """Draw the three pictures."""
     heights, spacing = alpine()
     void = np.zeros(heights.shape, bool)
     void[120:150, 160:210] = True

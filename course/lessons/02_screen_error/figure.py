@@ -7,7 +7,7 @@ from matplotlib import pyplot as plt
 
 
 def ratio(pitch_deg, x, y):
-    """Exact shift of a small rise over K δ / distance at the place (x/z, y/z) of the picture."""
+    """Exact shift of a small rise, divided by K δ / distance, at the place (x/z, y/z) of the picture."""
     up, forward = np.cos(np.radians(pitch_deg)), np.sin(np.radians(pitch_deg))
     return np.hypot(x * forward, up - y * forward) * np.sqrt(1 + x * x + y * y)
 

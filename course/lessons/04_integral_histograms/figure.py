@@ -13,7 +13,7 @@ truth = load(Path(__file__).parent / "check.py")
 
 
 def main(path):
-    """Draw one curve a bound."""
+    """Draw one curve for each bound."""
     rng = np.random.default_rng(3)
     errors, limits = truth.errors_of(rng)
     boxes = truth.boxes_of(rng, errors.shape, 400)[2:]

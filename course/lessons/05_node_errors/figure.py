@@ -22,7 +22,7 @@ def bundled(name):
 
 
 def shares(heights, levels):
-    """Share of nodes below a child, of each level."""
+    """For each level, the share of nodes that have a smaller error than one of their children."""
     fine, found = np.abs(reference.twists(heights)) / 4, []
     for level in levels:
         coarse = np.zeros(tuple((n - 1) >> level for n in heights.shape))

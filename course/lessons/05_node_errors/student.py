@@ -45,12 +45,12 @@ def cell_errors(heights):
 
 
 def share_below(coarse, fine):
-    """5.4 The share of the nodes of a level whose error is below that of one of their four children, 0 to 1."""
+    """5.4 The share of the nodes of a level that have a smaller error than one of their four children, 0 to 1."""
     raise NotImplementedError("write this")
 
 
 def nested(errors):
-    """5.5 Bounds that are nested: the least ones that are not below the errors and not below any descendant's bound.
+    """5.5 Nested bounds: the smallest numbers that are not below the node's error or a descendant's bound.
 
     errors    a list of arrays, one a level; each level has half as many nodes a side as the one before
     returns   a list of the same shapes

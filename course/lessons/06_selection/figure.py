@@ -50,7 +50,7 @@ def triangles(errors, tolerance):
 
 
 def main(path):
-    """Draw both."""
+    """Draw both trees."""
     rng = np.random.default_rng(8)
     heights = spike(land(rng, 65, 65), rng)
     tolerance = 30.0

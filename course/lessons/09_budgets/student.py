@@ -1,4 +1,4 @@
-"""Lesson 9: so many triangles, where they help most.
+"""Lesson 9: the best use of a number of triangles.
 
 A quadtree is a list of levels. squares[j] holds the squared error of each node of level j if it is a leaf, summed over
 its posts: an array (2^(top-j), 2^(top-j)). The last level is the root. A leaf has two triangles.
@@ -21,8 +21,8 @@ def totals(squares, splits):
 def greedy(squares, triangles):
     """9.2 From the root, split the leaf that gains most, again and again, as long as the tree keeps to the budget.
 
-    The gain is the leaf's squared error minus that of its four children as leaves. Of equal gains, take the larger
-    node, then the smaller row, then the smaller column. Leaves of level 0 cannot be split.
+    The gain is the leaf's squared error minus the squared errors of its four children as leaves. If gains are equal,
+    take the larger node, then the smaller row, then the smaller column. Leaves of level 0 cannot be split.
 
     returns   splits
     """
@@ -32,7 +32,7 @@ def greedy(squares, triangles):
 def prune(squares, price):
     """9.3 The tree with the least squared error + price · triangles, of all trees.
 
-    From the leaves up: a node is split if the best that its children can do costs less than itself as a leaf.
+    From the leaves up: a node is split if the best trees of its children cost less than the node as a leaf.
 
     returns   splits
     """
@@ -40,9 +40,9 @@ def prune(squares, price):
 
 
 def budget(squares, triangles):
-    """9.4 The best of the trees that `prune` can make with at most so many triangles, two or more.
+    """9.4 The best tree that `prune` can make with at most this number of triangles, two or more.
 
-    Triangles fall as the price rises. Look for the lowest price that does not make too many, by bisection of its
+    The number of triangles falls as the price rises. Find the lowest price within the budget, by bisection of its
     logarithm: prices run over many powers of ten.
 
     returns   splits

@@ -115,7 +115,7 @@ def triangles(squares):
 
 
 def main(path):
-    """Draw the three."""
+    """Draw the three methods."""
     heights = land(np.random.default_rng(8), LAST + 1, LAST + 1)
     errors = cell_errors(heights)
     methods = {"plain rings": plain(), "the tables steer": steered(errors), "balanced quadtree": quadtree(errors)}

@@ -8,7 +8,7 @@ import numpy as np
 
 
 def world(heights, spacing):
-    """1.1 Where each post stands.
+    """1.1 The world coordinates of each post.
 
     returns   (rows, cols, 3) metres x, y, z
     """
@@ -19,7 +19,7 @@ def world(heights, spacing):
 
 
 def height_at(heights, spacing, x, y):
-    """1.2 The truth at places of the world: bilinear between the four posts around each.
+    """1.2 The truth at places of the world: bilinear between the four posts around each place.
 
     x, y      (n,) metres; all places are on the map, its edges included
     returns   (n,) metres
@@ -53,7 +53,7 @@ def fill(heights, void):
 
     heights   (rows, cols); the values at void posts mean nothing
     void      (rows, cols) bool; not all posts are void
-    returns   (rows, cols): other posts as they are; void posts within a millimetre of that mean
+    returns   (rows, cols): other posts as they are; void posts within a millimetre of the mean
     """
     # solution
     filled = np.where(void, heights[~void].mean(), heights)

@@ -77,7 +77,7 @@ def cell_errors(heights):
 
 
 def share_below(coarse, fine):
-    """5.4 The share of the nodes of a level whose error is below that of one of their four children, 0 to 1."""
+    """5.4 The share of the nodes of a level that have a smaller error than one of their four children, 0 to 1."""
     # solution
     n, m = coarse.shape
     return float((coarse < fine.reshape(n, 2, m, 2).max((1, 3))).mean())
@@ -85,7 +85,7 @@ def share_below(coarse, fine):
 
 
 def nested(errors):
-    """5.5 Bounds that are nested: the least ones that are not below the errors and not below any descendant's bound.
+    """5.5 Nested bounds: the smallest numbers that are not below the node's error or a descendant's bound.
 
     errors    a list of arrays, one a level; each level has half as many nodes a side as the one before
     returns   a list of the same shapes

@@ -27,7 +27,7 @@ def refine(errors, tolerance):
 def balance(splits):
     """6.2 Split as few further nodes as possible, so that leaves with a common edge are within one level.
 
-    That is so if and only if the parents of a split node's four neighbours are split.
+    This holds if and only if the parents of a split node's four neighbours are split.
     """
     # solution
     splits = [s.copy() for s in splits]
@@ -44,7 +44,7 @@ def balance(splits):
 
 
 def rtin_errors(heights):
-    """6.3 The error of each post as the middle of a longest side, never below the errors of the triangles inside.
+    """6.3 The error of each post as the middle of a longest side, and at least the errors of the triangles inside.
 
     A triangle is cut from its right angle to the middle of its longest side. The root triangles share the diagonal from
     post (0, 0) to the last post.

@@ -19,7 +19,7 @@ def open_edges(triangles):
 
 
 def weld(vertices, triangles, tolerance_m):
-    """7.2 Weld vertices within tolerance_m of each other: triangles then use the one with the lowest number.
+    """7.2 Weld vertices within tolerance_m of each other: triangles then use the vertex with the lowest number.
 
     Vertices that belong together are much closer than tolerance_m; others are much farther apart.
 

@@ -68,7 +68,7 @@ def merged_kappa(mean, kappa):
     """10.5 The sharpness of a footprint's highlight.
 
     Each place has a lobe of sharpness κ around its normal. The footprint gets the one lobe that has the same mean
-    vector as all of them together.
+    vector as all these lobes together.
 
     mean      (n, 3) mean vectors of normals
     kappa     the material's sharpness, a number
@@ -80,7 +80,7 @@ def merged_kappa(mean, kappa):
 
 
 def furnace_scale(amplitude, sharpness):
-    """10.6 What a Gaussian that stands for the cosine must be multiplied by, to pass the furnace test.
+    """10.6 The factor with which a Gaussian, in place of the cosine, passes the furnace test.
 
     The Gaussian is amplitude · exp(sharpness (ω·n − 1)) over the whole sphere. Under a white sky it must receive π, as
     the cosine does.

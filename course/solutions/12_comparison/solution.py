@@ -20,7 +20,7 @@ def error_at(curve, triangles):
 
 
 def triangles_for(curve, error):
-    """12.2 How many triangles a method needs for an error, by the same lines; NaN outside the curve."""
+    """12.2 How many triangles a method needs for an error, along the same lines; NaN outside the curve."""
     # solution
     n, e = np.log(np.array(curve, float)).T
     at = np.log(error)
@@ -81,7 +81,7 @@ def faults(rows):
 
 
 def places():
-    """12.5 Where four methods stand.
+    """12.5 Facts about four methods.
 
     returns   name -> (year of the paper, what it is made of, what decides the level), for "ROAM",
               "geometry clipmaps", "CDLOD" and "CBT". Made of: "bintree", "quadtree" or "rings". Decides: "error" of the

@@ -45,7 +45,7 @@ def ring_units(eye, blocks, level):
 
 
 def cut_error(heights):
-    """13.3 C of one cell: the largest error at its posts, whatever diagonal is drawn, and whatever edges are cut.
+    """13.3 C of one cell: the largest error at its posts, with either diagonal, and whichever edges are cut.
 
     The cell's corners are the corners of the array. Along each edge, α is how far the highest post lies above the
     straight line between its ends, β how far the lowest lies below it; 0 or more. At a place with the weight w of an
@@ -99,12 +99,12 @@ def is_within(tables, limits, span_m, low, end, tile, error_m):
 def cut_block(steps, unit_log2):
     """13.5 Cut a block into squares, as cheaply as possible.
 
-    A square costs 2 T² + 14, with T = side / spacing. Of a square and its four parts, take the cheaper; the square, if
-    they cost the same. A square of at most four segments is never cut.
+    A square costs 2 T² + 14, with T = side / spacing. Take the square, or its four parts if they cost less. A square
+    of at most four segments is never cut.
 
     steps      dict: steps[depth, x, y] is log2 of the spacing of the x-th square in the y-th row of squares that are
                8 >> depth units wide; None if the square cannot be one patch. Squares without anything to draw are
-               missing. A unit, of depth 3, is never None.
+               not in it. A unit, of depth 3, is never None.
     unit_log2  log2 of the posts along a unit
     returns    (8, 8, 2) whole numbers, [row, column]: for each unit, log2 of the units a side of the square that it is
                in, and log2 of its spacing; (-1, 0) if there is nothing to draw
