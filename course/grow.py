@@ -176,7 +176,7 @@ def _is_blank(part: ast.stmt) -> bool:
 
 
 def _short(source: str, part: ast.stmt) -> str:
-    """A function's text with the first line of its documentation; anything else as it stands."""
+    """The text of a function with only the first line of its docstring; the text of any other part unchanged."""
     lines = source.splitlines()[part.lineno - 1 : part.end_lineno]
     told = ast.get_docstring(part) if isinstance(part, ast.FunctionDef) else None
     if told and isinstance(part, ast.FunctionDef):

@@ -27,7 +27,7 @@ def missing() -> str:
     return ""
 
 
-@cache  # an exception is not cached, so a busy machine that answered too late is asked again
+@cache  # exceptions are not cached: if the machine was too busy to answer, the next call asks again
 def _renderer() -> str:
     """Name of the driver."""
     with Student(RUNNER, SECONDS, ours=True) as runner:

@@ -123,7 +123,7 @@ def students_tree(out: Path, seed: int = 1, solved: Sequence[Path] = ()) -> None
 
 
 def _left_out(folder: str, names: list[str]) -> set[str]:
-    """Names of a folder that students do not get."""
+    """The names in a folder that the students' tree leaves out."""
     top = Path(folder) == HERE.parent
     kept = {name for name in names if not top or name in HANDED_OUT}
     hidden = shutil.ignore_patterns(*APART)(folder, names)

@@ -12,7 +12,7 @@ from course.box import shaders
 
 
 def texts():
-    """The solution's shaders, and the wrong answer with positions in floats."""
+    """The shaders of the solution, and of the wrong answer that computes positions in floats."""
     found = []
     folder = Path(__file__).parent
     floats = next(wrong.text for wrong in solving.wrong_answers(folder) if wrong.name == "floats")

@@ -147,7 +147,7 @@ def budget(student, rng):
     for name, squares in trees(rng).items():
         best = least_errors(squares)
         chosen = hull(best)
-        exactly = 2 * chosen[len(chosen) // 2][0]  # a number that a price can make
+        exactly = 2 * chosen[len(chosen) // 2][0]  # a number of triangles that a price can give
         for triangles in (2, 30, 100, 333, 1000, exactly):
             found = true_totals(squares, student.budget(squares, triangles))
             title = f"{name}, {triangles} triangles"

@@ -58,7 +58,7 @@ def plain():
 
 
 def steered(errors):
-    """The same rings, cut into squares by the tolerance."""
+    """The same rings, cut into squares that keep the tolerance."""
     found = []
     for level in range(RINGS):
         (x0, y0), units = drawn(level)
