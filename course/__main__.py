@@ -28,7 +28,7 @@ class UsageError(Exception):
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; return the exit status."""
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a pipe of Windows knows no κ
+        if isinstance(stream, io.TextIOWrapper):  # on Windows, a pipe cannot encode κ by default
             stream.reconfigure(errors="replace")
     options = _parser().parse_args(arguments)
     try:
@@ -156,7 +156,7 @@ def _grade(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.feedback}: exists already")
     try:
         missing = open_walls()
-    except StudentError as error:  # its Python may lie where no wall lets it be read, such as a link to another folder
+    except StudentError as error:  # the sandbox may not allow reading the folder of Python, for example if it is a link
         raise UsageError(f"no code runs behind the walls with {sys.executable}: {error}") from None
     if missing and not options.trust:
         raise UsageError(f"on this system a student's code {', '.join(missing)}; use the container, or --trust")

@@ -66,7 +66,7 @@ class Outcome:
 
     @property
     def not_run(self) -> float:
-        """Points of a task that this machine could not run: neither given nor taken."""
+        """Points of a task that this machine could not run; they do not count."""
         return self.task.points if self.verdict == NOT_RUN else 0.0
 
     @property
@@ -74,7 +74,7 @@ class Outcome:
         """The lines to print: each text once, with the cases that it is about."""
         said: dict[str, list[str]] = {}
         for finding in self.findings:
-            if finding.text and finding.verdict != EXACT:  # differences of rounding say nothing
+            if finding.text and finding.verdict != EXACT:  # rounding differences are no mistakes
                 said.setdefault(finding.text, []).append(finding.what)
         found = [f"{_joined(names, self.task.title)}{text}" for text, names in said.items()]
         return found if len(found) <= SAID else [*found[: SAID - 1], f"and {len(found) - SAID + 1} more"]
@@ -227,7 +227,7 @@ def compare(
 def at_least(what: str, got: Any, floor: Any, axes: tuple[str, ...] = (), rounding: float = ROUNDING) -> Finding:
     """Check that numbers are not below others: a bound and the errors that it bounds.
 
-    `rounding` is as in `compare`. Where a bound is only selected, not computed, it is 0.
+    `rounding` is as in `compare`. It is 0 if a bound is only selected, not computed.
     """
     floor = np.asarray(floor, float)
     found, problem = _numbers(got, floor.shape)

@@ -97,7 +97,7 @@ def grade(
         graded = [grade_lesson(student, lesson, seed, seconds) for lesson in lessons]
         for outcome in (outcome for each in graded for outcome in each.outcomes):
             for finding in outcome.findings:
-                finding.got = finding.want = None  # a class's arrays would fill the memory
+                finding.got = finding.want = None  # the arrays of all students would fill the memory
         told(student.name)
         return student.name, graded
 

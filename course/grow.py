@@ -28,11 +28,11 @@ ORDER = tuple(sorted((int(path.stem[-2:]) for path in PARTS.glob("stage_*.py")),
 MAP = HERE.parent / "heightmaps" / "alpine-30m.png"
 
 
-_lesson = cache(lesson)  # loading a check takes longer than reading a file
+_lesson = cache(lesson)  # cached, because loading a check takes long
 
 
 class GrowError(Exception):
-    """The file cannot grow: one line."""
+    """The file cannot grow; the message has one line."""
 
 
 def grown(last: int, fill: bool) -> str:
@@ -96,7 +96,7 @@ def picture(last: int, fill: bool, out: Path, file: Path, beside: bool = True) -
 
 
 def draw_right(last: int) -> str:
-    """Draw the picture of a right solution, which stands beside a student's."""
+    """Draw the picture of a right solution, for the right side of the student's picture."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "picture.png"
         said = picture(last, True, out, Path(folder) / "my_terrain.py", beside=False)

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def land(rng: np.random.Generator, rows: int, cols: int, relief_m: float = 400.0) -> np.ndarray:
-    """Heights in metres, (rows, cols): sums of waves of falling height, with a cliff through them."""
+    """Heights in metres, (rows, cols): sums of waves, each lower than the wave before, with a cliff through them."""
     y, x = np.indices((rows, cols)) / max(rows, cols)
     h = np.zeros((rows, cols))
     for octave in range(5):

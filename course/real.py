@@ -39,7 +39,7 @@ def changed_tree(each: Change, out: Path) -> None:
     """Copy the package and its shaders, and change the line there. The project's own files stay as they are."""
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "terrain_gl", out / "terrain_gl", ignore=ignored)
-    shutil.copytree(ROOT / "glsl", out / "terrain_gl" / "glsl", ignore=ignored)  # where an installed package has them
+    shutil.copytree(ROOT / "glsl", out / "terrain_gl" / "glsl", ignore=ignored)  # as in an installed package
     path = out / each.file.replace("glsl/", "terrain_gl/glsl/", 1) if each.file.startswith("glsl/") else out / each.file
     text = path.read_text(encoding="utf-8")
     if text.count(each.old) != 1:
@@ -60,7 +60,7 @@ def outcomes(tree: Path, tests: list[str]) -> dict[str, str]:
 
 
 def task_text(each: Change) -> str:
-    """The task as a lesson's page has it; its tests stand in an order that gives nothing away."""
+    """The task as a lesson's page has it; the order of the tests does not show which of them fail."""
     tests = "\n".join(f'        "{test}" \\' for test in sorted([*each.fails, *each.passes])).rstrip(" \\")
     new = f"by\n\n    {each.new.strip()}" if each.new else "by nothing."
     return f"""In [`{each.file}`](../../../{each.file}) replace the line

@@ -79,7 +79,7 @@ class Student:
         return self.call_with({}, name, *args, **kwargs)
 
     def call_with(self, replaced: dict[str, str], name: str, *args: Any, **kwargs: Any) -> Any:
-        """Call a function while others of the file are replaced by expressions; "" only loads the file."""
+        """Call a function while other functions of the file are replaced by expressions; "" only loads the file."""
         who = "the shaders" if self._ours else f"{name}()" if name else "the file"
         start, alarm = time.monotonic(), threading.Timer(max(self._left, 0.0), self._end)
         alarm.start()
@@ -90,7 +90,7 @@ class Student:
             why = "the time limit is over" if self._over else "the process ended (memory, processor time or exit)"
             raise StudentError(f"{who}: {why}") from None
         except (ValueError, KeyError, TypeError) as error:
-            self._broken = True  # the rest of the pipe cannot be assigned to a request
+            self._broken = True  # later bytes in the pipe cannot be matched with a request
             raise StudentError(f"{who}: the answer cannot be read: {error}") from None
         finally:
             alarm.cancel()

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from .folders import BLANKS, HERE, LESSONS, SEED, lessons
 
 SOLUTIONS = HERE / "solutions"
-# The students' tree: the entries of the top folder that it has, and the names that it has in no folder.
+# The students' tree: the entries of the top folder that are copied, and the names that are never copied.
 HANDED_OUT = (
     *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Dockerfile", "pyproject.toml", "setup.cfg"),
     *("terrain_gl", "glsl", "heightmaps", "examples", "docs", "tests", "course"),
@@ -59,7 +59,7 @@ def solution(folder: Path) -> Path:
 
 
 def clean(text: str) -> str:
-    """A solution without the comments that mark it."""
+    """A solution without the comments `# solution` and `# end`."""
     return re.sub(r"^[ \t]*(#|//) (solution|end)\n", "", text, flags=re.MULTILINE)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def escapes(beside: str, parent: int) -> list[str]:
-    """The forbidden actions that succeed, among: write, delete, chmod, read, network, signal, fork."""
+    """The forbidden actions that succeed: of write, delete, chmod, read, network, signal, fork."""
 
     def fork() -> None:
         if os.fork() == 0:
@@ -18,10 +18,10 @@ def escapes(beside: str, parent: int) -> list[str]:
 
     def connect() -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
-            s.connect(("192.0.2.1", 9))  # an address for documentation: no packet leaves for a mere connect
+            s.connect(("192.0.2.1", 9))  # a reserved address; connect() alone sends no packet
 
     def stop_and_go() -> None:
-        if parent == os.getpid():  # of another namespace: in a container both may be number 1
+        if parent == os.getpid():  # both ids are 1 if they belong to two namespaces, as in a container
             raise ProcessLookupError
         os.kill(parent, signal.SIGCONT)
 

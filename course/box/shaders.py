@@ -9,12 +9,12 @@ from typing import Any
 import moderngl
 import numpy as np
 
-PAST = 256  # words behind a buffer's last one, to see whether a shader writes there
+PAST = 256  # words after the end of a buffer, to see whether a shader writes there
 
 
 @cache
 def context() -> moderngl.Context:
-    """A context without a window: the driver's, or Mesa's software."""
+    """A context without a window, on the machine's driver or on Mesa's software renderer."""
     if sys.platform.startswith("linux"):
         libraries: dict[str, Any] = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
         return moderngl.create_context(standalone=True, require=430, **libraries)
@@ -22,7 +22,7 @@ def context() -> moderngl.Context:
 
 
 def _said(error: Exception) -> str:
-    """What a compiler says, in one line."""
+    """The message of a compiler, in one line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip() and "====" not in line]
     return "; ".join(line for line in lines if not line.endswith("_shader") and "Compiler failed" not in line)
 
@@ -140,7 +140,7 @@ def _draw(
     out: moderngl.Buffer,
     textures: dict[str, moderngl.Texture],
 ) -> None:
-    """Draw patches into nothing; the shaders write to a buffer."""
+    """Draw patches without a picture; the shaders write to a buffer."""
     ctx = context()
     try:
         program = ctx.program(

@@ -66,7 +66,7 @@ def limit(walled: bool, seconds: int = SECONDS) -> None:
         resource.setrlimit(kind, (most, most))
 
 
-# Landlock: access rights by the first version of the interface that has them (linux/landlock.h)
+# Landlock: access rights, by the first version of the interface that has these rights (linux/landlock.h)
 _READ, _ALL = 0b1101, {1: (1 << 13) - 1, 2: 1 << 13, 3: 1 << 14, 5: 1 << 15}
 _CREATE, _ADD, _RESTRICT = 444, 445, 446
 
@@ -125,7 +125,7 @@ def seccomp() -> bool:
     if not sys.platform.startswith("linux") or os.uname().machine not in _FORKS:
         return False
     machine, calls = _FORKS[os.uname().machine]
-    steps = [(_LOAD, 0, 0, 4), (_IF_EQUAL, 1, 0, machine), (_ANSWER, 0, 0, _KILL)]  # calls of another machine
+    steps = [(_LOAD, 0, 0, 4), (_IF_EQUAL, 1, 0, machine), (_ANSWER, 0, 0, _KILL)]  # calls for another kind of machine
     steps += [(_LOAD, 0, 0, 0), (_IF_ABOVE, 0, 1, 0x40000000), (_ANSWER, 0, 0, _KILL)]  # numbers of x32
     steps += [(_IF_EQUAL, len(calls) - i, 0, call) for i, call in enumerate(calls)]
     steps += [(_ANSWER, 0, 0, _ALLOW), (_ANSWER, 0, 0, _REFUSE)]
@@ -135,7 +135,7 @@ def seccomp() -> bool:
 
 
 def _readable() -> list[str]:
-    """Folders of Python, its libraries and those of the system; not the lecturer's files."""
+    """Folders of Python, its libraries and the system's libraries, without the lecturer's files."""
     own = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     linked = ["/usr/lib", "/usr/lib64", "/lib", "/lib64", "/etc/ld.so.cache", "/dev/urandom", "/proc/cpuinfo"]
     share = [os.path.join(sys.base_prefix, "lib")]

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 HERE = Path(__file__).parent
-WITHOUT = ("terrain_gl", "course")  # cannot be imported: students write a lesson, and do not look it up
+WITHOUT = ("terrain_gl", "course")  # cannot be imported, because students write these functions themselves
 ORIGINAL = "handed_out.py"
 
 
@@ -81,8 +81,8 @@ def _own_streams(printed: Path) -> tuple[BinaryIO, BinaryIO]:
 def _call(
     names: dict[str, Any], name: str, args: tuple[Any, ...], kwargs: dict[str, Any], replaced: dict[str, str]
 ) -> object:
-    """Call a function. Others may be replaced by ours, given as expressions, to see whether this one uses them."""
-    if not name:  # only asks whether the file can be loaded
+    """Call a function. Other functions may be replaced by our expressions, to see whether this function uses them."""
+    if not name:  # the request only asks whether the file can be loaded
         return None
     if name not in names:
         raise NameError(f"there is no function {name}()")
@@ -99,7 +99,7 @@ def _attempt(action: Callable[[], object], file: Path) -> dict[str, Any]:
     try:
         return {"value": action()}
     except BaseException as error:
-        if sys.argv[2] == "ours":  # a line of ours tells a student nothing
+        if sys.argv[2] == "ours":  # the line of an error in our file would not help a student
             return {"error": str(error)[:2000], "blank": False}
         frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file.name]
         if isinstance(error, NotImplementedError) and frames:
@@ -114,7 +114,7 @@ def _attempt(action: Callable[[], object], file: Path) -> dict[str, Any]:
 
 
 def _unwritten(file: Path) -> set[str]:
-    """Functions whose code is that of the file as it was handed out, whatever their comments say."""
+    """Functions that have the same code as in the file that was handed out; comments do not matter."""
     mine, theirs = (
         {part.name: ast.dump(part) for part in ast.parse(path.read_text("utf-8")).body if hasattr(part, "name")}
         for path in (file, file.with_name(ORIGINAL))

@@ -54,7 +54,7 @@ def grid(x, y, wide, high, step):
 
 
 def together(parts):
-    """One mesh of many; equal posts become one."""
+    """One mesh from many meshes; equal posts become one post."""
     offsets = np.cumsum([0] + [len(posts) for posts, _ in parts[:-1]])
     triangles = np.concatenate([triangles + k for (_, triangles), k in zip(parts, offsets)])
     posts, which = np.unique(np.concatenate([posts for posts, _ in parts]), axis=0, return_inverse=True)

@@ -1,4 +1,4 @@
-# Lesson 3: means of boxes. The picture shows what is above its surroundings of 17 × 17 posts.
+# Lesson 3: means of boxes. The picture shows land above the mean of its surroundings, 17 × 17 posts.
 
 
 def paint_03(heights, posts):

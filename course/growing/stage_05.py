@@ -1,4 +1,4 @@
-# Lesson 5: errors of nodes. The whole map gets one level: the coarsest that is off by at most 400 metres.
+# Lesson 5: errors of nodes. The whole map gets one level: the coarsest level with an error of at most 400 metres.
 
 
 def mesh(heights):

@@ -1,4 +1,4 @@
-# Lesson 9: a budget. The best quadtree with at most so many triangles, repaired along its edges.
+# Lesson 9: a budget. The best quadtree within the budget, repaired along its edges.
 
 TRIANGLES = 4000
 
@@ -9,7 +9,7 @@ def mesh(heights):
 
 
 def tree_mesh(heights, triangles):
-    """Posts and triangles of the leaves of a tree with at most so many triangles, and of their repair."""
+    """Posts and triangles of the best tree with at most this number of triangles, after the repair."""
     allowed, squares = tolerance(heights), [np.zeros((128, 128))]
     for j in range(1, 8):
         n = 1 << j
