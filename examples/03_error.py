@@ -42,7 +42,7 @@ def worst_m(level):
 
 
 def heat(metres):
-    """Colours by the logarithm of the error: from black over violet and orange to white."""
+    """Colours by the logarithm of the error: black, violet, orange, white."""
     at = np.clip((np.log10(np.maximum(metres, 1e-9)) + 1) / 4, 0, 1)
     colours = np.array([(8, 6, 20), (90, 30, 110), (230, 110, 60), (255, 250, 220)])
     return np.stack([np.interp(at, np.linspace(0, 1, 4), channel) for channel in colours.T], -1).astype(np.uint8)

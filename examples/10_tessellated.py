@@ -4,7 +4,7 @@
 A baseline: rings of patches, each edge cut by its length in the picture.
 
 A patch is a square with four numbers, the segments of its edges. An edge's length on screen is the projected diameter
-of its bounding sphere, so the patches on both sides get the same number. Where a ring meets a coarser one, the coarse
+of its bounding sphere, so the patches on both sides get the same number. Where a ring meets a coarser ring, the coarse
 edge has as many segments as the two fine edges together (Song, Yang, Ji 2017; Cantlay 2011).
 
 The upper picture is the wireframe for edges of 12 pixels. The lower picture has the patches, coloured by the size of

@@ -1,12 +1,12 @@
 """Example 11: the whole method in one file
 ========================================
 
-A metre is many pixels near the eye, less than one far away. Therefore distant land needs fewer triangles. How few? Four
+Near the eye a metre is many pixels, far away less than one pixel. So distant land needs fewer triangles. How few? Four
 fetches from tables tell whether any cell in a box has an error above the tolerance at this distance. Simplifications:
 
 - The truth is the heights at the posts. Between the posts there is no bound, and no vertex.
 - A patch has 2 to 32 segments a side. If a patch needs more, the certified error is above the tolerance.
-- Every box is as high as the whole map. A metre of error counts as it would in the worst corner of the picture.
+- Every box is as high as the whole map. Each metre of error counts as in the worst corner of the picture.
 - The CPU reads the number of patches and divides them into draws. The Earth is flat, and the light has no shadows.
 
 Run: ``python 11_the_method.py`` for a window, ``python 11_the_method.py PICTURE.png [MAP]`` for a picture
@@ -58,16 +58,16 @@ layout(std430, binding = 0) buffer Sums { uint S[]; };
 layout(binding = 0) uniform sampler2D u_heights;
 float post(int col, int row) { return texelFetch(u_heights, min(ivec2(col, row), LAST), 0).r; }
 ivec2 cells_of(int j) { return (LAST - 1 >> j) + 1; }  // columns and rows
-float limit_m(int c) { return 2.0 * SPAN_M * exp2(-0.5 * float(c)); }  // of class c; no error is above that of class 0
+float limit_m(int c) { return 2.0 * SPAN_M * exp2(-0.5 * float(c)); }  // of class c; no error is above limit_m(0)
 int at(int j, int c, int x, int y) { return FIRST[j] + (c * (cells_of(j).y + 1) + y) * (cells_of(j).x + 1) + x; }
 uint cells_above(ivec2 low, int side, int j, int c) {
     ivec2 a = clamp(low, ivec2(0), LAST) >> j, b = (clamp(low + side, ivec2(0), LAST) - 1 >> j) + 1;
     return S[at(j, c, b.x, b.y)] - S[at(j, c, a.x, b.y)] - S[at(j, c, b.x, a.y)] + S[at(j, c, a.x, a.y)];
 }
 """
-# A cell of level j is two triangles, with an unknown diagonal. With the twist t = a - b - c + d of the corners, one way
-# is t min(x (1-y), y (1-x)) above the bilinear surface, the other t min(x y, (1-x) (1-y)) below it: take the worse. A
-# finer neighbour cuts an edge. The new vertices are at most `cut_m` off the edge, so they move no point by more.
+# A cell of level j is two triangles, with an unknown diagonal. Let t = a - b - c + d be the twist of the corners. With
+# one diagonal, the triangles are t min(x (1-y), y (1-x)) above the bilinear surface, with the other diagonal they are
+# t min(x y, (1-x) (1-y)) below: take the worse. If a finer patch cuts an edge, no point moves by more than `cut_m`.
 ERRORS = """
 layout(local_size_x = 8, local_size_y = 8) in;
 void main() {
