@@ -111,7 +111,7 @@ def points_text(points: float, not_run: float) -> str:
 
 
 def _joined(names: list[str], title: str) -> str:
-    """The cases that one text is about; "" if it is about the whole task."""
+    """The names of the cases that have one message; "" if the message is for the whole task."""
     if names[0] == title:
         return ""
     return f"{names[0]}, and {len(names) - 1} more: " if len(names) > 1 else f"{names[0]}: "

@@ -15,7 +15,7 @@ from .folders import HERE
 from .remote import Student, StudentError
 
 RUNNER = HERE / "box" / "shaders.py"
-_AT = re.compile(r"\b\d+:(\d+)\(\d+\)|\b\d+\((\d+)\)|\b\d+:(\d+)(?=:)")  # a line as Mesa, NVIDIA and AMD name it
+_AT = re.compile(r"\b\d+:(\d+)\(\d+\)|\b\d+\((\d+)\)|\b\d+:(\d+)(?=:)")  # line numbers of Mesa, NVIDIA and AMD
 
 
 def missing() -> str:

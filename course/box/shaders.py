@@ -1,4 +1,4 @@
-"""Run a student's shaders in a separate process, so that a shader without end only ends that process."""
+"""Run a student's shaders in a separate process, so that an endless shader stops only that process."""
 
 from __future__ import annotations
 

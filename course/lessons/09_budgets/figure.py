@@ -1,4 +1,4 @@
-"""Figure of lesson 9: error against triangles: greedy, by a price, and the best of all trees."""
+"""Figure of lesson 9: the error against the number of triangles, for greedy trees, price trees and the best trees."""
 
 import sys
 from pathlib import Path
