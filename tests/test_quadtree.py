@@ -18,7 +18,7 @@ from terrain_gl.comparison import pruned
 from terrain_gl.gpu import layout, shaders
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ViewBlock, quadtree
+from terrain_gl.lod import ViewBlock
 from terrain_gl.renderer import Renderer
 
 ASK = np.dtype([("posts", "4i4"), ("range_m", "2f4"), ("error_m", "f4"), ("unused", "f4")])
@@ -392,14 +392,6 @@ def test_tilted_plane_takes_few_triangles(ctx):
     for view, camera in cameras(heightmap, scene.size).items():
         assert scene.select(camera, 1.0).triangles < 500, view
     scene.release()
-
-
-@pytest.mark.parametrize("view", VIEWS)
-def test_agreeing_ends_alike_however_many_rounds_are_dispatched_at_once(ctx, scene, view, monkeypatch):
-    camera = cameras(scene.heightmap)[view]
-    found = everything(scene, scene.select(camera, 0.5))
-    monkeypatch.setattr(quadtree, "AGREEING", 1)
-    assert everything(scene, scene.select(camera, 0.5)) == found
 
 
 # --- A budget of triangles --------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basics.rect import nodes_along
+from .gl import MOST_VERTICES
 from .packing import ERROR_UNIT
 
 MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
@@ -220,6 +221,7 @@ DEFINES = {
     "TILE": TILE,
     "SIZES": SIZES,
     "GROUP": GROUP,
+    "MOST_VERTICES": MOST_VERTICES,
     "COUNT_TILE_LOG2": COUNT_TILE_LOG2,
     "CLASSES": CLASSES,
     "WIDE_CLASSES": WIDE_CLASSES,
@@ -240,13 +242,6 @@ SUMMARY = np.dtype(
         ("splits", "u4"),
         ("worst_px", "f4"),
         ("price", "f4"),
-        ("groups", "4u4", MAX_LEVELS),
-        ("groups_of_words", "4u4"),
-        ("lower", "2f4"),
-        ("upper", "2f4"),
-        ("budget", "u4"),
-        ("rounds", "u4"),
-        ("side", "i4"),
         ("asked", "u4"),
     ]
 )

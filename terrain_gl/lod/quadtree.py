@@ -3,18 +3,17 @@
     refine    split the nodes in the picture that are too coarse, from the root down     (one dispatch for each level)
     balance   split more nodes, until neighbours differ by at most one level             (one dispatch for each level)
     agree     leaves that are still too coarse ask neighbours to cut edges, or ask to be split
-    commit    grant all these requests
-    again     if anything changed, balance and agree run again
+    commit    grant all these requests; then balance and agree run again
     tiles     list the tiles of 32 × 32 nodes that contain leaves
-    patches   count the patches of each tile; after `offsets`, write them
-    offsets   prefix sums of the counts: where each tile's patches begin
-    draws     write indirect draw commands
+    patches   count the patches of each tile; after `place`, write them
+    place     find where each tile's patches begin, and write indirect draw commands
 
-With a budget of triangles for the least squares, refine, balance, tiles and patches run for several prices of a
-triangle. `search` finds the price that gives the budget's number of triangles (glsl/lod/quadtree/summary.glsl).
+With a budget of triangles for the least squares, a price of a triangle decides (glsl/lod/quadtree/summary.glsl). The
+module `budget` finds the price that gives the budget's number of triangles.
 """
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -30,10 +29,17 @@ from . import budget
 from .patches import OfPatches
 from .selection import INFINITE_PX, METRES, Goal, Selection
 
-ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough
-AGREEING = 8  # rounds of `agree` before Python checks whether more are needed; usually three to six are enough
-_TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/quadtree/patches.comp
-_ASKING = 16  # byte offset of the dispatch size of `agree` in the list of tiles (glsl/lod/quadtree/tiles.glsl)
+_PASSES = ("refine", "balance", "agree", "commit", "tiles", "patches", "place")
+_NO_TILES = np.array([0, 0, 1, 0], "u4").tobytes()
+_BY_TOLERANCE = -1.0  # a price that decides nothing
+_ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough
+_ENOUGH = 0.99  # this share of the budget ends the search
+_AIM = 0.995  # the share that the search aims at
+_SLOPE = 1.7  # at first: octaves of the price for one octave of triangles
+_LARGEST_STEP = 20.0  # octaves
+_LEAST_STEP = 0.01
+_PATIENCE = 4  # rounds of chords; then every other round bisects: on very rough land, the triangles have jumps
+_FREE, _HIGHEST = -60.0, 126.0  # log2 of the price that counts as 0, and of the highest one
 # the output of the passes is read as storage, as commands, as vertices, and by Python
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -43,13 +49,6 @@ _BARRIER = (
 )
 
 
-def _offset(name: str) -> int:
-    """Byte offset of a field of the summary. Fields before `price` are reset for every count."""
-    fields = layout.SUMMARY.fields
-    assert fields
-    return int(fields[name][1])
-
-
 class QuadtreeSelector(OfPatches):
     """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
 
@@ -57,11 +56,7 @@ class QuadtreeSelector(OfPatches):
         ctx = self.ctx = tables.ctx
         self.tables = tables
         self.terrain = tables.terrain
-        defines = {"MOST_VERTICES": gl.MOST_VERTICES}
-        names = ("refine", "balance", "agree", "commit", "again", "tiles", "patches", "search", "offsets", "draws")
-        self._kernels: dict[str, Any] = {
-            name: shaders.compute(ctx, f"lod/quadtree/{name}.comp", defines) for name in names
-        }
+        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/quadtree/{name}.comp") for name in _PASSES}
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
         self.view = view or ViewBlock(ctx)
@@ -69,18 +64,15 @@ class QuadtreeSelector(OfPatches):
         self._words = last.first_word + last.words
         # bits: split, cut west, cut north; then the same three as requests (glsl/lod/quadtree/tree.glsl)
         self._split = ctx.buffer(np.zeros(6 * self._words, "u4").tobytes())
-        self._active = ctx.buffer(reserve=_ASKING + 16 + 4 * self._tiles)
-        self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
-        self._summary = ctx.buffer(reserve=layout.SUMMARY.itemsize)
-        self._nothing = ctx.buffer(np.array([0, 0, 1, 0] * 2 + [0] * 11, "u4").tobytes())
+        self._active = ctx.buffer(reserve=len(_NO_TILES) + 4 * self._tiles)
+        self._summary = ctx.buffer(reserve=layout.SUMMARY.itemsize + 4 * layout.SIZES * self._tiles)
         self.patches = ctx.buffer(reserve=layout.PATCH.itemsize * 65536)
         self.draws = ctx.buffer(reserve=gl.COMMAND_STRIDE * 64)
 
     @property
     def bytes(self) -> int:
         """GPU memory of the tree, the lists and the patches."""
-        buffers = (self._split, self._active, self._offsets, self._summary, self.patches, self.draws)
-        return sum(buffer.size for buffer in buffers)
+        return sum(buffer.size for buffer in self._buffers)
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the patches for a picture of `size` (width, height).
@@ -96,25 +88,15 @@ class QuadtreeSelector(OfPatches):
         if goal.triangles and goal.metric == "max":
             return budget.smallest_tolerance(goal, lambda each: self.select(camera, size, near_m, each))
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
-        self._bind()
-        self._summary.write(np.float32(0 if goal.triangles else -1).tobytes(), offset=_offset("price"))
-        self._summary.write(np.uint32(goal.triangles or 0).tobytes(), offset=_offset("budget"))
+        self.bind()
+        self.tables.bind()
+        bind("lod/quadtree/patches.comp", Split=self._split, Active=self._active, Summary=self._summary)
         if goal.triangles:
-            self._search()
-        else:
-            self._grow_tree()
-        if not goal.triangles and goal.tolerance_px > 0 and goal.metric != "rms":
-            summary = self._agree()
-        else:
-            self._list_tiles()
-            summary = self._count_patches()
-        selection = self._selection(summary)
-        self._make_room(selection)
-        bind("lod/quadtree/patches.comp", Patches=self.patches)
-        self._look_at_tiles(_EMIT)
-        bind("lod/quadtree/draws.comp", Draws=self.draws)
-        self._run("draws", max(1, -(-selection.draws // layout.GROUP)))
-        return selection
+            return self._search(goal.triangles)
+        self._grow_tree(_BY_TOLERANCE)
+        if goal.tolerance_px > 0 and goal.metric != "rms":
+            self._agree()
+        return self._mesh(_BY_TOLERANCE)
 
     def select_everywhere(self, max_error_m: float) -> Selection:
         """Choose patches over the whole map whose surface is nowhere further than `max_error_m` from the truth.
@@ -129,110 +111,131 @@ class QuadtreeSelector(OfPatches):
 
     def release(self) -> None:
         """Release GPU resources."""
-        buffers = (self._split, self._active, self._offsets, self._summary, self._nothing, self.patches, self.draws)
-        for resource in (*buffers, *self._kernels.values()):
+        for resource in (*self._buffers, *self._kernels.values()):
             resource.release()
         if self._own_view:
             self.view.release()
 
-    def _bind(self) -> None:
-        self.bind()
-        self.tables.bind()
-        lists = {"Active": self._active, "Offsets": self._offsets, "Summary": self._summary}
-        bind("lod/quadtree/patches.comp", Split=self._split, **lists)
+    @property
+    def _buffers(self) -> tuple[moderngl.Buffer, ...]:
+        return self._split, self._active, self._summary, self.patches, self.draws
+
+    def _search(self, triangles: int) -> Selection:
+        """The mesh of the lowest price with at most so many triangles: false position, with logarithmic axes.
+
+        If one end of the interval stays the same twice, its distance from the aim is halved, so that it moves later
+        (the Illinois method: Dowell, Jarratt 1971).
+        """
+        aim = math.log2(_AIM * triangles)
+        too_many: tuple[float, float] | None = None  # log2 of a price, and of its triangles
+        fitting: tuple[float, float] | None = None
+        did_fit: bool | None = None
+        at = min(max(29.0 - _SLOPE * math.log2(triangles), -20.0), 40.0)
+        for step in range(_ROUNDS):
+            mesh = self._at_price(at)
+            tried = at, math.log2(max(mesh.triangles, 1))
+            fits = mesh.triangles <= triangles
+            if fits:
+                fitting = tried
+                if did_fit and too_many:
+                    too_many = too_many[0], (too_many[1] + aim) / 2
+            else:
+                too_many = tried
+                if did_fit is False and fitting:
+                    fitting = fitting[0], (fitting[1] + aim) / 2
+            did_fit = fits
+            is_sure = fitting is not None and too_many is not None and fitting[0] - too_many[0] < _LEAST_STEP
+            if fits and (mesh.triangles >= _ENOUGH * triangles or at <= _FREE or is_sure):
+                return mesh
+            if is_sure:
+                break
+            octaves = _SLOPE * 2.0**step  # steps grow while they go in one direction
+            if fitting is None:
+                at = min(at + min(max(octaves * (tried[1] - aim), 0.5), _LARGEST_STEP), _HIGHEST)
+            elif too_many is None:
+                at = max(at - min(max(octaves * (aim - tried[1]), 0.5), _LARGEST_STEP), _FREE)
+            elif step >= _PATIENCE and step % 2:
+                at = (too_many[0] + fitting[0]) / 2
+            else:
+                share = min(max((too_many[1] - aim) / (too_many[1] - fitting[1]), 0.02), 0.98)
+                at = too_many[0] + share * (fitting[0] - too_many[0])
+        return self._at_price(fitting[0] if fitting else _HIGHEST)
+
+    def _at_price(self, log2_price: float) -> Selection:
+        """The mesh for a price of a triangle."""
+        price = 2.0**log2_price if log2_price > _FREE else 0.0
+        self._grow_tree(price)
+        return replace(self._mesh(price), price=price)
+
+    def _grow_tree(self, price: float) -> None:
+        self._reset(price)
         bind("lod/quadtree/refine.comp", Gains=self.tables.gains)
+        self._run_on_levels("refine", range(self.terrain.top_level, 0, -1))
+        self._balance()
 
-    def _search(self) -> None:
-        """Grow trees for several prices; when the number of triangles is right, the GPU skips the remaining rounds."""
-        for step in range(ROUNDS + 1):
-            self._kernels["search"]["u_start"] = step == 0
-            self._kernels["search"]["u_last"] = step == ROUNDS
-            self._run("search", 1)
-            self._grow_tree(skipping=True)
-            if step < ROUNDS:
-                self._list_tiles(skipping=True)
-                self._look_at_tiles(_TRIANGLES)
+    def _balance(self) -> None:
+        self._run_on_levels("balance", range(1, self.terrain.top_level))
 
-    def _grow_tree(self, skipping: bool = False) -> None:
-        self._run_on_levels("refine", range(self.terrain.top_level, 0, -1), skipping)
-        self._balance(skipping)
-
-    def _balance(self, skipping: bool = False) -> None:
-        self._run_on_levels("balance", range(1, self.terrain.top_level), skipping)
-
-    def _run_on_levels(self, name: str, levels: range, skipping: bool) -> None:
+    def _run_on_levels(self, name: str, levels: range) -> None:
         for j in levels:
             self._kernels[name]["u_which_level"] = j
-            if skipping:
-                self._run_as_told(name, "groups", j)
-            else:
-                columns, rows = self.terrain.levels[j].size
-                self._run(name, -(-columns // (layout.TILE * layout.GROUP)), rows)
+            columns, rows = self.terrain.levels[j].size
+            self._run(name, -(-columns // (layout.TILE * layout.GROUP)), rows)
 
-    def _agree(self) -> np.void:
-        """Let leaves over tolerance cut edges or split. When no leaf is over tolerance, the GPU skips further rounds.
-
-        Returns the summary of the mesh. The tiles of the last round are those of the mesh: no new list is needed.
-        """
-        self._ask_again(start=True)
+    def _agree(self) -> None:
+        """Let leaves over tolerance cut edges or split, until no leaf is over tolerance."""
         while True:
-            for _ in range(AGREEING):
-                self._run_as_told("tiles", "groups")
-                self._run_on_tiles("agree", _ASKING)
-                self._run_as_told("commit", "groups_of_words")
-                self._ask_again()
-                self._balance(skipping=True)
-            summary = self._count_patches()
-            if summary["groups"][0, 0] == 0:
-                return summary
+            self._reset(_BY_TOLERANCE)
+            self._run_on_tiles("agree")
+            self._run("commit", -(-3 * self._words // layout.GROUP))
+            if not self._read_summary()["asked"]:
+                return
+            self._balance()
 
-    def _ask_again(self, start: bool = False) -> None:
-        self._kernels["again"]["u_start"] = start
-        self._run("again", 1)
+    def _mesh(self, price: float) -> Selection:
+        """Turn the leaves of the tree into patches."""
+        while True:
+            self._reset(price)
+            self._kernels["patches"]["u_emits"] = False
+            self._run_on_tiles("patches")
+            bind("lod/quadtree/place.comp", Draws=self.draws)
+            self._kernels["place"]["u_most_draws"] = self.draws.size // gl.COMMAND_STRIDE
+            self._run("place", 1)
+            selection = self._selection(self._read_summary())
+            self.patches = gl.at_least(self.ctx, self.patches, selection.patches * layout.PATCH.itemsize)
+            if selection.draws * gl.COMMAND_STRIDE <= self.draws.size:
+                break
+            self.draws = gl.at_least(self.ctx, self.draws, selection.draws * gl.COMMAND_STRIDE)
+        bind("lod/quadtree/patches.comp", Patches=self.patches)
+        self._kernels["patches"]["u_emits"] = True
+        self._run_on_tiles("patches", is_listed=True)
+        return selection
 
-    def _list_tiles(self, skipping: bool = False) -> None:
-        self.ctx.copy_buffer(self._active, self._nothing, 32)
-        if skipping:
-            self._run_as_told("tiles", "groups")
-        else:
-            self._run("tiles", -(-self._tiles // layout.GROUP))
+    def _reset(self, price: float) -> None:
+        summary = np.zeros((), layout.SUMMARY)
+        summary["price"] = price
+        self._summary.write(summary)
 
-    def _count_patches(self) -> np.void:
-        """Count the patches of the listed tiles; returns a `layout.SUMMARY`, the only data that a frame waits for."""
-        self._look_at_tiles(_COUNT)
-        self._run("offsets", 1)
+    def _read_summary(self) -> np.void:
+        """A record `layout.SUMMARY`. Reading it is the only time that Python waits for the GPU."""
         return np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
-
-    def _look_at_tiles(self, what: int) -> None:
-        if what != _EMIT:
-            self.ctx.copy_buffer(self._summary, self._nothing, _offset("price"), read_offset=32)
-        self._kernels["patches"]["u_pass"] = what
-        self._run_on_tiles("patches")
 
     def _selection(self, summary: np.void) -> Selection:
         counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
         draws = sum(-(-n // (gl.MOST_VERTICES // (2**s + 1) ** 2)) for s, n in enumerate(counts))
-        triangles = int(summary["triangles"])
-        splits = int(summary["splits"])
         most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
-        price = float(summary["price"]) if summary["budget"] else None
         worst_px = float(summary["worst_px"])
         certified_px = worst_px if worst_px < INFINITE_PX else math.inf
-        return Selection(self, counts, triangles, most, splits, certified_px, draws, price)
-
-    def _make_room(self, selection: Selection) -> None:
-        self.patches = gl.at_least(self.ctx, self.patches, selection.patches * layout.PATCH.itemsize)
-        self.draws = gl.at_least(self.ctx, self.draws, selection.draws * gl.COMMAND_STRIDE)
+        return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
 
     def _run(self, name: str, *groups: int) -> None:
         self._kernels[name].run(*groups)
         self.ctx.memory_barrier(_BARRIER)
 
-    def _run_as_told(self, name: str, groups: str, i: int = 0) -> None:
-        """Run a pass with as many groups as the summary says: 0 if the loop of the pass has ended."""
-        self._kernels[name].run_indirect(self._summary, _offset(groups) + 16 * i)
-        self.ctx.memory_barrier(_BARRIER)
-
-    def _run_on_tiles(self, name: str, offset: int = 0) -> None:
-        self._kernels[name].run_indirect(self._active, offset)
+    def _run_on_tiles(self, name: str, is_listed: bool = False) -> None:
+        """Run a pass with one work group for each tile that contains leaves."""
+        if not is_listed:
+            self._active.write(_NO_TILES)
+            self._run("tiles", -(-self._tiles // layout.GROUP))
+        self._kernels[name].run_indirect(self._active)
         self.ctx.memory_barrier(_BARRIER)

@@ -72,7 +72,7 @@ class RingsSelector(OfPatches):
         self._threads = 8 if gl.wants_few_groups(ctx) else 64
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
-        self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads, "SECTORS": SECTORS}
+        self._defines = {"THREADS": self._threads, "SECTORS": SECTORS}
         self._horizon = Horizon(ctx, self.terrain.heightmap)
         self._hiding = NO_HIDING
         self._buffers: dict[str, moderngl.Buffer] = {}

@@ -1,8 +1,7 @@
 // lod/quadtree/patches.comp — from the tree's leaves to patches: quads and fans (lod/quadtree/leaf.glsl);
 //   quads are joined to squares (lod/quadtree/squares.glsl).
 //   A group of 32 threads processes one tile, each thread one of its rows.
-// The same program runs up to three times, so that all passes decide alike:
-// to count triangles, to count patches, to write them.
+// The same program runs twice, so that both passes decide alike: to count the patches, and to write them.
 // Python twin: reference.select
 
 #include "lod/quadtree/leaf.glsl"
@@ -13,11 +12,7 @@
 layout(local_size_x = TILE) in;
 layout(std430, binding = 5) writeonly buffer Patches { ivec4 patches[]; };
 
-#define TRIANGLES 0  // count triangles, for the search
-#define COUNT 1      // count the patches of each tile
-#define EMIT 2       // write the patches
-
-uniform int u_pass;
+uniform bool u_emits;  // write the patches, and do not count them
 
 // Fans, which count as two segments; and cells of the map that are cut in 2^size parts a side.
 shared uint s_fans[SIZES][TILE];
@@ -77,7 +72,7 @@ uint patch_bits(int s, int row) { return s_squares[s][row] | s_fans[s][row]; }
 void count_patches(int tile, int s) {
     uint patches = 0u;
     for (int r = 0; r < TILE; r++) patches += uint(bitCount(patch_bits(s, r)));
-    offset[offset_index(s, tile)] = patches;
+    s_offset[offset_index(s, tile)] = patches;
     atomicAdd(s_count[s], patches);
 }
 
@@ -89,7 +84,7 @@ void add_to_summary() {
 
 void write_row(int tile, int s) {
     if (patch_bits(s, row) == 0u) return;
-    uint place = offset[offset_index(s, tile)];
+    uint place = s_offset[offset_index(s, tile)];
     for (int r = 0; r < row; r++) place += uint(bitCount(patch_bits(s, r)));
     uvec4 finer = finer_neighbours(level, first.x / TILE, first.y + row);
     for (uint left = patch_bits(s, row); left != 0u; left &= left - 1u) {
@@ -118,9 +113,8 @@ void main() {
     barrier();
     classify_row();
     barrier();
-    if (row == 0 && u_pass != EMIT) add_to_summary();
-    if (u_pass == TRIANGLES) return;
+    if (row == 0 && !u_emits) add_to_summary();
     form_squares(level, first, row);
-    if (u_pass == COUNT && row < SIZES) count_patches(tile, row);
-    if (u_pass == EMIT) for (int s = 0; s < SIZES; s++) write_row(tile, s);
+    if (!u_emits && row < SIZES) count_patches(tile, row);
+    if (u_emits) for (int s = 0; s < SIZES; s++) write_row(tile, s);
 }

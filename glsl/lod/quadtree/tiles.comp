@@ -21,7 +21,7 @@ void main() {
     int tile = int(gl_GlobalInvocationID.x);
     if (tile >= tiles_in_all()) return;
     ivec3 at = tile_at(tile);
-    for (int size = 0; size < SIZES; size++) offset[offset_index(size, tile)] = 0u;
+    for (int size = 0; size < SIZES; size++) s_offset[offset_index(size, tile)] = 0u;
 
     if (!has_nodes(at.z, at.xy)) return;
     uint place = atomicAdd(active_groups.w, 1u);
@@ -29,6 +29,4 @@ void main() {
     uvec2 groups = uvec2(min(place + 1u, uint(MANY)), place / uint(MANY) + 1u);
     atomicMax(active_groups.x, groups.x);
     atomicMax(active_groups.y, groups.y);
-    atomicMax(asking_groups.x, groups.x);
-    atomicMax(asking_groups.y, groups.y);
 }

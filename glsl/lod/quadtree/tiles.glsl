@@ -1,20 +1,15 @@
 // lod/quadtree/tiles.glsl — tiles of TILE × TILE nodes of one level; one work group turns a tile into patches.
 //   Patches have seven sizes, T = 2^s segments a side. The size decides how many patches one draw takes.
-// Provides the lists that lod/quadtree/tiles.comp and lod/quadtree/patches.comp fill; tile_at(), offset_index().
+// Provides the list that lod/quadtree/tiles.comp fills; tile_at(), offset_index().
 
 #include "lod/quadtree/summary.glsl"
 
 #define MANY 1024  // work groups along x: OpenGL allows at most 65535 in one dimension
 
-#define NO_GROUPS uvec4(0, 0, 1, 0)
-
 layout(std430, binding = 2) buffer Active {
     uvec4 active_groups;  // dispatch size, and number of tiles
-    uvec4 asking_groups;  // dispatch size of lod/quadtree/agree.comp: as above, or 0 when its rounds are over
     uint active_tile[];
 };
-// Number of patches of one size in one tile; lod/quadtree/offsets.comp replaces it by the sum of all numbers before it.
-layout(std430, binding = 3) buffer Offsets { uint offset[]; };
 
 int tiles_in_all() {
     Level top = u_level[u_top_level];
