@@ -26,7 +26,7 @@ SIDE = 8  # threads of such a group, and rows that it sums at a time: THREADS of
 GROUP = 64  # threads of a work group, as in glsl/sat
 Blocks: TypeAlias = dict[str, moderngl.Buffer]
 Uniforms: TypeAlias = dict[str, Any]
-_WORD_DTYPES = {8: "<u1", 16: "<u2", 32: "<u4", 64: "<u8"}
+_WORD_DTYPES = {8: "<u1", 32: "<u4", 64: "<u8"}
 
 
 class Table(NamedTuple):
@@ -49,7 +49,7 @@ class SummedAreaTables:
     Parameters
     ----------
     bits
-        32, 64 (a uvec2, low half first), or 16 or 8: two or four independent sums side by side in a 32-bit word.
+        32, 64 (a uvec2, low half first), or 8: four independent sums side by side in a 32-bit word.
     strip
         Words that one thread adds up. By default `STRIP`, so that a GPU has many threads. For a software renderer,
         which has few cores, it is `WHOLE`: one thread sums a row, and few groups walk down the columns.
@@ -57,7 +57,7 @@ class SummedAreaTables:
 
     def __init__(self, ctx: moderngl.Context, bits: int = 32, strip: int | None = None) -> None:
         if bits not in _WORD_DTYPES:
-            raise ValueError(f"bits: expected 8, 16, 32 or 64, got {bits}")
+            raise ValueError(f"bits: expected 8, 32 or 64, got {bits}")
         self.ctx = ctx
         self.bits = bits
         self.strip = strip or (WHOLE if gl.wants_few_groups(ctx) else STRIP)
@@ -106,7 +106,7 @@ class SummedAreaTables:
         self._run("spread", blocks, (table.width - x, strips, table.layers), GROUP, place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
-        """Sums over boxes (n, 4): (n,) words; with 16 or 8 bits (n, 32 / bits).
+        """Sums over boxes (n, 4): (n,) words; with 8 bits (n, 4).
 
         A row of `boxes` is x0, y0, x1, y1. This box has the columns x0 to x1 − 1 and the rows y0 to y1 − 1.
         """
@@ -122,7 +122,7 @@ class SummedAreaTables:
         return sums if self.bits < 32 else sums[:, 0]
 
     def read(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
-        """Words of a table, (layers, height, width). With 16 bits there is a last axis of 2, with 8 bits of 4."""
+        """Words of a table, (layers, height, width); with 8 bits there is a last axis of 4."""
         data = buffer.read(table.words * self.word_bytes, offset=table.first * self.word_bytes)
         shape = (table.layers, table.height, table.width)
         return self._words(data).reshape(shape + (32 // self.bits,) if self.bits < 32 else shape)

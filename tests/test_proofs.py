@@ -548,14 +548,13 @@ def is_lanewise(z3, text, name, bits, operation):
     return always(z3, z3.And([lane(found, i) == operation(lane(a, i), lane(b, i)) for i in lanes]))
 
 
-@pytest.mark.parametrize("bits", [8, 16])
-def test_packed_counters_wrap_each_for_itself(z3, bits):
+def test_packed_counters_wrap_each_for_itself(z3):
     text = source("sat/bits.glsl")
     text = text[: text.index("uvec4 add32")]  # the same functions of four words follow
-    for name, operation in (("add", operator.add), ("sub", operator.sub)):
-        assert is_lanewise(z3, text, f"{name}{bits}", bits, operation)
-    worse = text.replace("0x7f7f7f7fu", "0x7f7f7fffu").replace("0xffffu", "0x1ffffu")
-    assert not is_lanewise(z3, worse, f"sub{bits}", bits, operator.sub)
+    for name, operation in (("add8", operator.add), ("sub8", operator.sub)):
+        assert is_lanewise(z3, text, name, 8, operation)
+    worse = text.replace("0x7f7f7f7fu", "0x7f7f7fffu")
+    assert not is_lanewise(z3, worse, "sub8", 8, operator.sub)
 
 
 def test_differences_of_wrapped_sums_are_exact(z3):

@@ -1,6 +1,6 @@
 // sat/bits.glsl — integers that wrap.
-//   32 bits: uint.   64 bits: uvec2, low half first.   16 or 8 bits: two or four independent sums side by side in one
-//   uint. All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
+//   32 bits: uint.   64 bits: uvec2, low half first.   8 bits: four independent sums side by side in one uint.
+//   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
 // Provides addN(), subN(), word_float().   Python twin: reference.sat
 
 uint add32(uint a, uint b) { return a + b; }
@@ -18,10 +18,6 @@ uvec2 sub64(uvec2 a, uvec2 b) {
     return uvec2(low, a.y - b.y - borrow);
 }
 
-// Low and high half are added separately, so that no carry goes from one to the other.
-uint add16(uint a, uint b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
-uint sub16(uint a, uint b) { return ((a - b) & 0xffffu) | ((a & 0xffff0000u) - (b & 0xffff0000u)); }
-
 // Four sums of 8 bits: the low seven bits of each are added without a carry out; the eighth is an exclusive or
 // (Warren 2002, "Hacker's delight", section 2-18).
 uint add8(uint a, uint b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
@@ -29,7 +25,6 @@ uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a
 
 // Four words at once.
 uvec4 add32(uvec4 a, uvec4 b) { return a + b; }
-uvec4 add16(uvec4 a, uvec4 b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
 uvec4 add8(uvec4 a, uvec4 b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
 
 float word_float(uint a) { return float(a); }

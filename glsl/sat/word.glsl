@@ -27,9 +27,6 @@
 #if BITS == 32
 #define ADD add32
 #define SUB sub32
-#elif BITS == 16
-#define ADD add16
-#define SUB sub16
 #elif BITS == 8
 #define ADD add8
 #define SUB sub8
