@@ -82,10 +82,9 @@ class MeshDraw:
             raise TerrainError(f"{selection.triangles:,} triangles are too many to be captured: allow a larger error")
         out = self.ctx.buffer(reserve=size)
         surface = self.surface
-        draws = (surface.draws, selection.draws)
-        indexed = surface.indices is not None
+        draws = surface.draws, selection.draws, surface.mode, surface.indices is not None
         try:
-            triangles = gl.capture(self.ctx, self.program, self.vao, out, *draws, mode=surface.mode, indexed=indexed)
+            triangles = gl.capture(self.ctx, self.program, self.vao, out, *draws)
             return out.read(triangles * 3 * vertex_bytes)
         finally:
             out.release()

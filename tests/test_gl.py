@@ -53,34 +53,36 @@ def areas(out, count):
     return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
 
 
-@pytest.mark.parametrize("draws", [[(0, 4 * PATCHES)], [(4 * i, 4) for i in range(PATCHES)], "indirect"])
+def commands_of(ctx, *vertices):
+    """Indirect commands that draw so many vertices each, one after the other."""
+    first = np.cumsum([0, *vertices[:-1]])
+    return ctx.buffer(np.array([(n, 1, at, 0, 0) for n, at in zip(vertices, first, strict=True)], "u4").tobytes())
+
+
+@pytest.mark.parametrize("draws", [[4 * PATCHES], [4] * PATCHES, [20] * (PATCHES // 5)])
 def test_captured_triangles_cover_the_patches_once(ctx, patches, draws):
-    if draws == "indirect":
-        commands = [(20, 1, 20 * i, 0, 0) for i in range(PATCHES // 5)]
-        draws = ctx.buffer(np.array(commands, "u4").tobytes())
     out = ctx.buffer(reserve=TRIANGLES * 24)
-    assert gl.capture(ctx, *patches, out, draws) == TRIANGLES
+    assert gl.capture(ctx, *patches, out, commands_of(ctx, *draws), len(draws)) == TRIANGLES
     area = areas(out, TRIANGLES)
     assert (area > 0).all()
     assert area.sum() == pytest.approx(PATCHES, rel=1e-6)
 
 
-def test_count_and_offset_select_commands(ctx, patches):
-    commands = ctx.buffer(np.array([(4 * n, 1, 0, 0, 0) for n in (20, 1, 2, 20)], "u4").tobytes())
+def test_count_selects_commands(ctx, patches):
     out = ctx.buffer(reserve=TRIANGLES * 24)
-    assert gl.capture(ctx, *patches, out, commands, count=2, offset=20) == 3 * 2 * LEVEL**2
+    assert gl.capture(ctx, *patches, out, commands_of(ctx, 4, 8, 40), 2) == 3 * 2 * LEVEL**2
 
 
 def test_buffer_too_small_is_told(ctx, patches):
     with pytest.raises(TerrainError, match=f"holds 10 of {TRIANGLES} triangles"):
-        gl.capture(ctx, *patches, ctx.buffer(reserve=240), [(0, 4 * PATCHES)])
+        gl.capture(ctx, *patches, ctx.buffer(reserve=240), commands_of(ctx, 4 * PATCHES), 1)
 
 
 def test_drawing_goes_on_after_a_capture(ctx, patches):
     target = ctx.simple_framebuffer((4, 4))
     target.use()
     program, vao = patches
-    gl.capture(ctx, program, vao, ctx.buffer(reserve=TRIANGLES * 24), [(0, 4 * PATCHES)])
+    gl.capture(ctx, program, vao, ctx.buffer(reserve=TRIANGLES * 24), commands_of(ctx, 4 * PATCHES), 1)
     with ctx.query(primitives=True) as query:
         vao.render(moderngl.PATCHES, vertices=8)
     assert query.primitives == 2 * 2 * LEVEL**2

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from ctypes import POINTER, byref, c_int, c_int64, c_uint, c_void_p
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -224,9 +224,8 @@ def capture(
     program: moderngl.Program,
     vao: moderngl.VertexArray,
     out: moderngl.Buffer,
-    draws: Sequence[tuple[int, int]] | moderngl.Buffer,
-    count: int | None = None,
-    offset: int = 0,
+    draws: moderngl.Buffer,
+    count: int,
     mode: int = moderngl.PATCHES,
     indexed: bool = False,
 ) -> int:
@@ -237,12 +236,9 @@ def capture(
 
     Parameters
     ----------
-    draws
-        Either pairs (first vertex, vertex count), one draw each, or a buffer of indirect commands
-        (vertex count, instances, first vertex, first instance, unused), 20 bytes each; or, if `indexed`,
-        (index count, instances, first index, base vertex, first instance).
-    count, offset
-        The number of commands, by default all to the buffer's end, and the byte where they begin.
+    draws, count
+        Indirect commands of 20 bytes, and their number: (vertex count, instances, first vertex, first instance,
+        unused); or, if `indexed`, (index count, instances, first index, base vertex, first instance).
     mode
         `moderngl.PATCHES` or `moderngl.TRIANGLES`.
     indexed
@@ -265,11 +261,7 @@ def capture(
     try:
         with _nowhere(ctx), _counter(ctx, _PRIMITIVES_GENERATED) as made, _counter(ctx, _PRIMITIVES_WRITTEN) as written:
             function(ctx, "glBeginTransformFeedback", None, c_uint)(_TRIANGLES)
-            if isinstance(draws, moderngl.Buffer):
-                count = (draws.size - offset) // COMMAND_STRIDE if count is None else count
-                _draw_indirect(ctx, draws, count, offset, mode, indexed)
-            else:
-                _draw_arrays(ctx, draws, mode)
+            _draw(ctx, draws, count, mode, indexed)
             function(ctx, "glEndTransformFeedback", None)()
     finally:
         ctx.disable_direct(_RASTERIZER_DISCARD)
@@ -279,25 +271,15 @@ def capture(
     return written.value
 
 
-# These draws bypass moderngl, which would call glUseProgram: an error while transform feedback is active.
-
-
-def _draw_indirect(
-    ctx: moderngl.Context, draws: moderngl.Buffer, count: int, offset: int, mode: int, indexed: bool
-) -> None:
+def _draw(ctx: moderngl.Context, draws: moderngl.Buffer, count: int, mode: int, indexed: bool) -> None:
+    """Draw without moderngl, which would call glUseProgram: an error while transform feedback is active."""
     function(ctx, "glBindBuffer", None, c_uint, c_uint)(_INDIRECT_BUFFER, draws.glo)
     if indexed:
         elements = function(ctx, "glMultiDrawElementsIndirect", None, c_uint, c_uint, c_void_p, c_int, c_int)
-        elements(mode, _UNSIGNED_INT, offset, count, COMMAND_STRIDE)
+        elements(mode, _UNSIGNED_INT, 0, count, COMMAND_STRIDE)
     else:
         arrays = function(ctx, "glMultiDrawArraysIndirect", None, c_uint, c_void_p, c_int, c_int)
-        arrays(mode, offset, count, COMMAND_STRIDE)
-
-
-def _draw_arrays(ctx: moderngl.Context, draws: Sequence[tuple[int, int]], mode: int) -> None:
-    draw = function(ctx, "glDrawArrays", None, c_uint, c_int, c_int)
-    for first, vertices in draws:
-        draw(mode, first, vertices)
+        arrays(mode, 0, count, COMMAND_STRIDE)
 
 
 @contextmanager
@@ -318,11 +300,9 @@ def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
         function(ctx, "glDeleteFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
 
 
-@contextmanager
-def fragments_drawn(ctx: moderngl.Context) -> Iterator[c_uint]:
+def fragments_drawn(ctx: moderngl.Context) -> AbstractContextManager[c_uint]:
     """Count the samples that the block draws; the result is set when the block ends."""
-    with _counter(ctx, _SAMPLES_PASSED) as drawn:
-        yield drawn
+    return _counter(ctx, _SAMPLES_PASSED)
 
 
 @contextmanager

@@ -10,7 +10,8 @@ from collections.abc import Iterator
 import moderngl
 import numpy as np
 
-from . import gl, shaders
+from . import gl, layout, shaders
+from .bindings import bind
 
 SIDE = 64  # places along a side of a patch: the most segments of an edge
 PATCHES = (  # segments of the edges u = 0, v = 0, u = 1, v = 1, and inside
@@ -61,21 +62,34 @@ def faults_of(triangles: np.ndarray, edges: list[int], inside: int) -> Iterator[
 
 
 def _captured(ctx: moderngl.Context, patches: tuple[tuple[int, ...], ...]) -> np.ndarray:
-    """Triangles (n, 3, 3): both coordinates of each vertex, and the number of its patch."""
+    """Triangles (n, 3, 3): column and row of each vertex in its patch, and the number of the patch."""
     program = shaders.program(
         ctx,
-        vertex="driver/pattern.vert",
-        tess_control="driver/pattern.tesc",
-        tess_evaluation="driver/pattern.tese",
-        varyings=("v_place",),
+        vertex="mesh/patch.vert",
+        tess_control="mesh/patch.tesc",
+        tess_evaluation="mesh/patch.tese",
+        defines={"TO": "CAPTURE"},
+        varyings=("v_vertex",),
     )
-    levels = np.column_stack([patches, range(len(patches))]).astype("f4")
-    fed = ctx.buffer(levels.tobytes())
-    vao = ctx.vertex_array(program, [(fed, "4f 2f", "in_edges", "in_inside")])
+    *edges_log2, inside_log2 = np.log2(patches).astype("u4").T
+    side_log2 = SIDE.bit_length() - 1
+    records = np.zeros(len(patches), layout.PATCH)
+    records["corner"][:, 0] = 2 * SIDE * np.arange(len(patches))
+    records["shape"] = side_log2 | side_log2 - inside_log2 + 16 << 5
+    for edge, segments_log2 in enumerate(edges_log2):
+        records["shape"] |= segments_log2 << 11 + 3 * edge
+    land = np.zeros((), layout.TERRAIN)
+    land["last_post"] = 2 * SIDE * len(patches), SIDE
+    terrain, fed = ctx.buffer(land.tobytes()), ctx.buffer(records.tobytes())
+    bind("blocks/terrain.glsl", Terrain=terrain)
+    vao = ctx.vertex_array(program, [(fed, "4i4", "in_patch")])
+    draws = ctx.buffer(np.array([len(patches), 1, 0, 0, 0], "u4").tobytes())
     out = ctx.buffer(reserve=1 << 16)
     ctx.patch_vertices = 1
-    triangles = gl.capture(ctx, program, vao, out, [(0, len(patches))])
-    found = np.frombuffer(out.read(triangles * 3 * 12), "f4").reshape(-1, 3, 3).astype("f8")
-    for resource in (vao, program, fed, out):
+    triangles = gl.capture(ctx, program, vao, out, draws, 1)
+    found = np.frombuffer(out.read(triangles * 3 * 12), "f4").reshape(-1, 3, 3).astype("f8")[:, ::-1]
+    for resource in (vao, program, terrain, fed, draws, out):
         resource.release()
+    found[..., 2] = found[..., :1].min(1) // (2 * SIDE)
+    found[..., 0] -= 2 * SIDE * found[..., 2]
     return found
