@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -10,10 +11,20 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
 from ..camera.view import ViewBlock
-from ..gpu import layout
+from ..gpu import gl, layout
 from ..terrain import Terrain
-from .selection import Selection
+from .selection import INFINITE_PX, Selection
+
+# the output of the passes is read as storage, as commands, as vertices, as textures, and by Python
+BARRIER = (
+    moderngl.SHADER_STORAGE_BARRIER_BIT
+    | moderngl.COMMAND_BARRIER_BIT
+    | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
+    | moderngl.BUFFER_UPDATE_BARRIER_BIT
+    | moderngl.TEXTURE_FETCH_BARRIER_BIT
+)
 
 
 class OfPatches:
@@ -32,6 +43,7 @@ class OfPatches:
     on_heights = True
     mode = moderngl.PATCHES
     indices = None
+    cuts_edges = False  # whether neighbours may cut an edge into up to 64 segments
 
     ctx: moderngl.Context
     terrain: Terrain
@@ -54,10 +66,24 @@ class OfPatches:
         size = (selection.patches + selection.hidden) * layout.PATCH.itemsize
         return layout.unpack_patches(np.frombuffer(self.patches.read(size) if size else b"", layout.PATCH))
 
+    def selection_of(self, summary: np.void) -> Selection:
+        """The mesh whose numbers are in a record `layout.SUMMARY` or `layout.RING_SUMMARY`."""
+        counts = tuple(summary["count"][: layout.SIZES].tolist())
+        cut = [4 * (64 - 2**s) if self.cuts_edges else 0 for s in range(layout.SIZES)]
+        vertices = [(2**s + 1) ** 2 + more for s, more in enumerate(cut)]  # of a patch, as lod/place.glsl counts them
+        draws = sum(-(-n // (gl.MOST_VERTICES // each)) for n, each in zip(counts, vertices, strict=True))
+        most = sum(n * (2 * 4**s + more) for s, (n, more) in enumerate(zip(counts, cut, strict=True)))
+        worst_px = float(summary["worst_px"])
+        certified_px = worst_px if worst_px < INFINITE_PX else math.inf
+        return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
+
     def bind(self) -> None:
         """Bind everything that the stages read."""
         self.terrain.bind()
         self.view.bind()
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit. There is nothing to do, because every selection reads the error tables again."""
 
 
 class OwnEdges:

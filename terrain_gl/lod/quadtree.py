@@ -19,15 +19,14 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..basics.rect import Rect
 from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from . import budget
-from .patches import OfPatches
-from .selection import INFINITE_PX, METRES, Goal, Selection
+from .patches import BARRIER, OfPatches
+from .selection import METRES, Goal, Selection
 
 _PASSES = ("refine", "balance", "agree", "commit", "tiles", "patches", "place")
 _NO_TILES = np.array([0, 0, 1, 0], "u4").tobytes()
@@ -40,13 +39,6 @@ _LARGEST_STEP = 20.0  # octaves
 _LEAST_STEP = 0.01
 _PATIENCE = 4  # rounds of chords; then every other round bisects: on very rough land, the triangles have jumps
 _FREE, _HIGHEST = -60.0, 126.0  # log2 of the price that counts as 0, and of the highest one
-# the output of the passes is read as storage, as commands, as vertices, and by Python
-_BARRIER = (
-    moderngl.SHADER_STORAGE_BARRIER_BIT
-    | moderngl.COMMAND_BARRIER_BIT
-    | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
-    | moderngl.BUFFER_UPDATE_BARRIER_BIT
-)
 
 
 class QuadtreeSelector(OfPatches):
@@ -105,9 +97,6 @@ class QuadtreeSelector(OfPatches):
         """
         anywhere = Camera.default(self.terrain.heightmap)
         return self.select(anywhere, (1, 1), 1.0, Goal(max_error_m, METRES, cull=False))
-
-    def update(self, posts: Rect) -> None:
-        """Follow an edit. There is nothing to do, because every selection reads the error tables again."""
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -201,7 +190,7 @@ class QuadtreeSelector(OfPatches):
             bind("lod/quadtree/place.comp", Draws=self.draws)
             self._kernels["place"]["u_most_draws"] = self.draws.size // gl.COMMAND_STRIDE
             self._run("place", 1)
-            selection = self._selection(self._read_summary())
+            selection = self.selection_of(self._read_summary())
             self.patches = gl.at_least(self.ctx, self.patches, selection.patches * layout.PATCH.itemsize)
             if selection.draws * gl.COMMAND_STRIDE <= self.draws.size:
                 break
@@ -220,17 +209,9 @@ class QuadtreeSelector(OfPatches):
         """A record `layout.SUMMARY`. Reading it is the only time that Python waits for the GPU."""
         return np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
 
-    def _selection(self, summary: np.void) -> Selection:
-        counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
-        draws = sum(-(-n // (gl.MOST_VERTICES // (2**s + 1) ** 2)) for s, n in enumerate(counts))
-        most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
-        worst_px = float(summary["worst_px"])
-        certified_px = worst_px if worst_px < INFINITE_PX else math.inf
-        return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
-
     def _run(self, name: str, *groups: int) -> None:
         self._kernels[name].run(*groups)
-        self.ctx.memory_barrier(_BARRIER)
+        self.ctx.memory_barrier(BARRIER)
 
     def _run_on_tiles(self, name: str, is_listed: bool = False) -> None:
         """Run a pass with one work group for each tile that contains leaves."""
@@ -238,4 +219,4 @@ class QuadtreeSelector(OfPatches):
             self._active.write(_NO_TILES)
             self._run("tiles", -(-self._tiles // layout.GROUP))
         self._kernels[name].run_indirect(self._active)
-        self.ctx.memory_barrier(_BARRIER)
+        self.ctx.memory_barrier(BARRIER)

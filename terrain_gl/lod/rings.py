@@ -24,7 +24,6 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..basics.rect import Rect
 from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..error import ErrorTables
@@ -33,22 +32,15 @@ from ..gpu.bindings import bind
 from . import budget
 from .hiding import FARTHEST, NO_HIDING, SECTORS, Horizon, hiding, ridge_before
 from .land import rings_in_picture
-from .patches import OfPatches
+from .patches import BARRIER, OfPatches
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around
-from .selection import INFINITE_PX, METRES, Goal, Selection
+from .selection import METRES, Goal, Selection
 
 AGREEING = 2  # rounds of `agree` that run at once; only then Python checks whether leaves are still queued
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
 PRICED = ("budget", "mean")  # a price decides, and no tolerance
 SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
 _UNITS = BLOCK_SIDE * BLOCK_SIDE
-_BARRIER = (
-    moderngl.SHADER_STORAGE_BARRIER_BIT
-    | moderngl.COMMAND_BARRIER_BIT
-    | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
-    | moderngl.BUFFER_UPDATE_BARRIER_BIT
-    | moderngl.TEXTURE_FETCH_BARRIER_BIT
-)
 _ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that differ between metrics and budgets
     "count": {"mean": {"MEAN": 1}},
     "decide": {"few": {"PATCH_COST": budget.PATCH_COST}},
@@ -59,6 +51,8 @@ _ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that d
 
 class RingsSelector(OfPatches):
     """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
+
+    cuts_edges = True
 
     def __init__(self, tables: ErrorTables, view: ViewBlock | None = None) -> None:
         ctx = self.ctx = tables.ctx
@@ -139,9 +133,6 @@ class RingsSelector(OfPatches):
         last_post = heightmap.cols - 1, heightmap.rows - 1
         return self._keep(ring_over(last_post, heightmap.spacing_m, self.terrain.coarsest_ring))
 
-    def update(self, posts: Rect) -> None:
-        """Follow an edit: there is nothing to do, because every frame reads the tables again."""
-
     def _keep(self, rings: list[Ring]) -> Selection:
         """Choose patches for the tolerance."""
         while True:
@@ -152,7 +143,7 @@ class RingsSelector(OfPatches):
                     self._run("spawn", round=r)
             summary = self._finish()
             selection = self._selection(summary)
-            if self._has_room(int(summary["blocks"]), selection):
+            if self._has_room(int(summary["blocks"]), selection.patches + selection.hidden, selection.draws):
                 return selection
 
     def _spend(self, rings: list[Ring], triangles: int) -> Selection:
@@ -196,7 +187,7 @@ class RingsSelector(OfPatches):
             self._bind()  # the weights have taken the binding point of another buffer
             summary = self._finish()
             selection = replace(self._selection(summary), price=price if price > 2.0**budget.PRICE.lowest else 0.0)
-            if self._has_room(int(summary["blocks"]), selection):
+            if self._has_room(int(summary["blocks"]), selection.patches + selection.hidden, selection.draws):
                 return selection, summary
 
     def ridge_before(self, x: float, y: float) -> tuple[float, float]:
@@ -229,8 +220,7 @@ class RingsSelector(OfPatches):
         for level, origin, across in rings:
             records.append((origin, across, level, blocks, (0, 0)))
             blocks += across[0] * across[1]
-        if blocks > self._most_blocks:
-            self._has_room(blocks, Selection(self, (), 0, 0, 0, None, 0))
+        self._has_room(blocks)
         block = np.zeros((), layout.RINGS)
         work = _NO_WORK.copy()
         block["ring"][: len(rings)] = records
@@ -317,39 +307,17 @@ class RingsSelector(OfPatches):
             kernel.run(groups)
         else:
             kernel.run_indirect(self._buffers["blocks"], indirect)
-        self.ctx.memory_barrier(_BARRIER)
+        self.ctx.memory_barrier(BARRIER)
 
     def _selection(self, summary: np.void) -> Selection:
-        counts = tuple(summary["count"][: layout.SIZES].tolist())
-        draws = sum(-(-n // _most_in_draw(s)) for s, n in enumerate(counts))
-        most = sum(n * (2 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all edges were cut
-        worst_px = float(summary["worst_px"])
-        farthest_px = worst_px if worst_px < INFINITE_PX else math.inf
-        return Selection(
-            self,
-            counts,
-            int(summary["triangles"]),
-            most,
-            int(summary["splits"]),
-            farthest_px,
-            draws,
-            hidden=int(summary["hidden"]),
-        )
+        return replace(self.selection_of(summary), hidden=int(summary["hidden"]))
 
-    def _has_room(self, blocks: int, selection: Selection) -> bool:
-        """Whether blocks, patches and draws fitted into the buffers; if not, make the buffers larger."""
-        room = self.patches.size // layout.PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
-        if (
-            blocks <= self._most_blocks
-            and selection.patches + selection.hidden <= room[0]
-            and selection.draws <= room[1]
-        ):
+    def _has_room(self, blocks: int, patches: int = 0, draws: int = 0) -> bool:
+        """Whether so many of each fit into the buffers; if not, make the buffers larger."""
+        room = self._most_blocks, self.patches.size // layout.PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
+        most = [max(pair) for pair in zip((blocks, patches, draws), room, strict=True)]
+        if most == list(room):
             return True
-        most = (
-            max(blocks, self._most_blocks),
-            max(selection.patches + selection.hidden, room[0]),
-            max(selection.draws, room[1]),
-        )
         self._reserve(*(n + n // 2 for n in most))
         return False
 
@@ -401,9 +369,3 @@ def _work(name: str, i: int = 0) -> int:
     fields = layout.RING_WORK.fields
     assert fields
     return int(fields[name][1]) + i * layout.WORK.itemsize
-
-
-@cache
-def _most_in_draw(size: int) -> int:
-    """Patches of 2^size segments a side in one draw, as glsl/lod/rings/place.comp counts them."""
-    return gl.MOST_VERTICES // ((2**size + 1) ** 2 + 4 * (64 - 2**size))
