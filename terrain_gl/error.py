@@ -137,23 +137,20 @@ class ErrorTables:
 
     def read_nodes(self, level: int) -> np.ndarray:
         """Records `layout.NODE` of one level, (rows, cols); half floats are in units of span · 2^-14."""
-        sizes = self.terrain.levels[level]
-        itemsize = layout.NODE.itemsize
-        data = self.nodes.read(sizes.nodes * itemsize, offset=sizes.first_node * itemsize)
-        return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
+        return self._read(self.nodes, layout.NODE, level)
 
     def read_ranges(self, level: int) -> np.ndarray:
         """Records `layout.NODE_RANGE` of one level, (rows, cols): heights in 1/65535 of the quantisation range."""
-        sizes = self.terrain.levels[level]
-        itemsize = layout.NODE_RANGE.itemsize
-        data = self.ranges.read(itemsize * sizes.nodes, offset=itemsize * sizes.first_node)
-        return np.frombuffer(data, layout.NODE_RANGE).reshape(sizes.size[::-1])
+        return self._read(self.ranges, layout.NODE_RANGE, level)
 
     def read_gains(self, level: int) -> np.ndarray:
         """Gains of one level, (rows, cols) float32."""
+        return self._read(self.gains, np.dtype("f4"), level)
+
+    def _read(self, buffer: moderngl.Buffer, dtype: np.dtype[Any], level: int) -> np.ndarray:
         sizes = self.terrain.levels[level]
-        data = self.gains.read(4 * sizes.nodes, offset=4 * sizes.first_node)
-        return np.frombuffer(data, "f4").reshape(sizes.size[::-1])
+        data = buffer.read(dtype.itemsize * sizes.nodes, offset=dtype.itemsize * sizes.first_node)
+        return np.frombuffer(data, dtype).reshape(sizes.size[::-1])
 
     def read_counts(self, level: int, error_class: int, tiles: Rect) -> np.ndarray:
         """The table of one class at the corners of a rectangle of tiles, borders included, modulo 256.
@@ -271,8 +268,7 @@ class ErrorTables:
     def _kernel(self, name: str, level: int) -> Any:
         key = name, level, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
-            defines = {"CLASSES": layout.CLASSES, "COUNT_TILE_LOG2": layout.COUNT_TILE_LOG2, "FINE_LEVELS": FINE_LEVELS}
-            defines |= {"LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
+            defines = {"FINE_LEVELS": FINE_LEVELS, "LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
             self._kernels[key] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
         return self._kernels[key]
 

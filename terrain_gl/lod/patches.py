@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import moderngl
 import numpy as np
@@ -16,6 +16,7 @@ from ..camera.view import ViewBlock
 from ..gpu import gl, layout
 from ..terrain import Terrain
 from .selection import INFINITE_PX, Selection
+from .surface import Surface
 
 # the output of the passes is read as storage, as commands, as vertices, as textures, and by Python
 BARRIER = (
@@ -57,9 +58,9 @@ class OfPatches:
         return [(self.patches, "4i4", "in_patch")]
 
     @cached_property
-    def with_own_edges(self) -> OwnEdges:
+    def with_own_edges(self) -> Surface:
         """The same patches without agreement on edges."""
-        return OwnEdges(self)
+        return cast(Surface, OwnEdges(self))
 
     def chosen(self, selection: Selection) -> layout.Patches:
         """The patches of the last selection: the drawn ones, then the hidden ones."""
@@ -92,30 +93,12 @@ class OwnEdges:
     Attributes
     ----------
     agreed
-        The patches with the edges that neighbours agreed on. Both surfaces share all buffers.
+        The patches with the edges that neighbours agreed on. Everything but `defines` is theirs.
     """
 
     def __init__(self, agreed: OfPatches) -> None:
         self.agreed = agreed
-        self.ctx = agreed.ctx
-        self.terrain = agreed.terrain
-        self.view = agreed.view
-        self.stages = agreed.stages
-        self.defines: Mapping[str, object] = {**agreed.defines, "OWN_EDGES": 1}
-        self.on_heights = agreed.on_heights
-        self.mode = agreed.mode
-        self.indices = agreed.indices
+        self.defines = {**agreed.defines, "OWN_EDGES": 1}
 
-    @property
-    def feed(self) -> list[tuple[Any, ...]]:
-        """A patch is one vertex."""
-        return self.agreed.feed
-
-    @property
-    def draws(self) -> moderngl.Buffer:
-        """Indirect draw commands."""
-        return self.agreed.draws
-
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
-        self.agreed.bind()
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.agreed, name)

@@ -12,7 +12,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..gpu import layout, shaders
+from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..lod import QuadtreeSelector, RingsSelector, Selection
 from ..lod.patches import OwnEdges
@@ -137,8 +137,7 @@ class PatchExplainer:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
-        self._kernel: Any = None
-        self._ring_kernel: Any = None
+        self._kernels: dict[str, Any] = {}
         self._answer = self.ctx.buffer(reserve=max(_ANSWER.itemsize, _RING_ANSWER.itemsize))
 
     def explain(
@@ -151,88 +150,58 @@ class PatchExplainer:
         surface = selection.surface
         if isinstance(surface, OwnEdges):
             surface = surface.agreed
-        if isinstance(surface, RingsSelector):
-            return self._explain_ring(surface, selection, post, tolerance_px, metric)
-        if not isinstance(surface, QuadtreeSelector):
+        if not isinstance(surface, RingsSelector | QuadtreeSelector):
             return None
-        quadtree = surface
-        patches = quadtree.chosen(selection)
-        at = _over(patches, post)
-        if at is None:
-            return None
-        corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
-        fan = bool(patches.fan[at])
-        side_log2 = int(patches.side_log2[at])
-        size_log2 = side_log2 - int(patches.step_log2[at])
-        answer = self._ask(quadtree, corner, side_log2, int(patches.split_edges[at]))
-        choices = _choices(answer, side_log2, fan)
-        segments = 0 if fan else 1 << size_log2
-        chosen = next((choice for choice in choices if choice.segments == segments), None)
-        if chosen is None:  # a cell that is cut between its posts: lod/quadtree/explain.comp has no such choice
-            return None
-        return Explanation(
-            corner,
-            1 << side_log2,
-            side_log2 if fan else side_log2 - size_log2,
-            chosen,
-            choices,
-            *_seen(answer, quadtree.view.focal_px),
-            tolerance_px,
-            metric,
-        )
-
-    def _explain_ring(
-        self, surface: RingsSelector, selection: Selection, post: tuple[float, float], tolerance_px: float, metric: str
-    ) -> Explanation | None:
         patches = surface.chosen(selection)
         at = _over(patches, post)
         if at is None:
             return None
+        corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
         side_log2 = int(patches.side_log2[at])
         step_log2 = int(patches.step_log2[at])
-        col, row = patches.corner[at]
-        corner = int(col), int(row)
-        answer = self._ask_ring(surface, corner, side_log2)
-        choices = _ring_choices(answer, side_log2)
-        chosen = next(choice for choice in choices if choice.segments == 1 << side_log2 - step_log2)
+        is_fan = bool(patches.fan[at])
+        segments = 0 if is_fan else 1 << side_log2 - step_log2
+        bound_px = joined = hidden_by = None
+        if isinstance(surface, RingsSelector):
+            answer = self._ask_rings(surface, corner, side_log2)
+            choices = _ring_choices(answer, side_log2)
+            bound_px = float(patches.bound_px[at])
+            around = corner[0] & -2 << side_log2, corner[1] & -2 << side_log2
+            four = _ring_choices(self._ask_rings(surface, around, side_log2 + 1), side_log2 + 1)
+            joined = next((each for each in four if each.step == 2.0 ** (step_log2 + 1)), None)
+            hidden_by = _ridge(surface, post) if at >= selection.patches else None
+        else:
+            asked = {"low": corner, "side_log2": side_log2, "edges": int(patches.split_edges[at])}
+            answer = self._ask(surface, "lod/quadtree/explain.comp", _ANSWER, **asked)
+            choices = _choices(answer, side_log2, is_fan)
+        chosen = next((choice for choice in choices if choice.segments == segments), None)
+        if chosen is None:  # a cell that is cut between its posts: lod/quadtree/explain.comp has no such choice
+            return None
+        about = corner, 1 << side_log2, side_log2 if is_fan else step_log2, chosen, choices
         seen = _seen(answer, surface.view.focal_px)
-        bound_px = float(patches.bound_px[at])
-        around = corner[0] & -2 << side_log2, corner[1] & -2 << side_log2
-        four = self._ask_ring(surface, around, side_log2 + 1)
-        joined = next((each for each in _ring_choices(four, side_log2 + 1) if each.step == 2 * chosen.step), None)
-        about = corner, 1 << side_log2, step_log2, chosen, choices, *seen, tolerance_px, metric, bound_px
-        return Explanation(*about, _ridge(surface, post) if at >= selection.patches else None, joined)
+        return Explanation(*about, *seen, tolerance_px, metric, bound_px, hidden_by, joined)
 
     def release(self) -> None:
         """Release GPU resources."""
-        for kernel in (self._kernel, self._ring_kernel):
-            if kernel:
-                kernel.release()
-        self._answer.release()
+        for resource in (*self._kernels.values(), self._answer):
+            resource.release()
 
-    def _ask(self, quadtree: QuadtreeSelector, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
-        self._kernel = self._kernel or shaders.compute(self.ctx, "lod/quadtree/explain.comp")
-        quadtree.bind()
-        quadtree.tables.bind()
-        bind("lod/quadtree/explain.comp", Choices=self._answer)
-        self._kernel["u_low"] = corner
-        self._kernel["u_side_log2"] = side_log2
-        self._kernel["u_edges"] = edges
-        self._kernel.run(1)
-        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return np.frombuffer(self._answer.read(_ANSWER.itemsize), _ANSWER)[0]
+    def _ask_rings(self, surface: RingsSelector, low: tuple[int, int], side_log2: int) -> np.ndarray:
+        return self._ask(surface, "lod/rings/explain.comp", _RING_ANSWER, low=low, side_log2=side_log2)
 
-    def _ask_ring(self, surface: RingsSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
-        if not self._ring_kernel:
-            self._ring_kernel = shaders.compute(self.ctx, "lod/rings/explain.comp")
+    def _ask(
+        self, surface: RingsSelector | QuadtreeSelector, path: str, answer: np.dtype[Any], **uniforms: Any
+    ) -> np.ndarray:
+        if path not in self._kernels:
+            self._kernels[path] = shaders.compute(self.ctx, path)
+        kernel = self._kernels[path]
         surface.bind()
         surface.tables.bind()
-        bind("lod/rings/explain.comp", Answer=self._answer)
-        self._ring_kernel["u_low"] = corner
-        self._ring_kernel["u_side_log2"] = side_log2
-        self._ring_kernel.run(1)
+        bind(path, Answer=self._answer)
+        gl.write_uniforms(kernel, **uniforms)
+        kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return np.frombuffer(self._answer.read(_RING_ANSWER.itemsize), _RING_ANSWER)[0]
+        return np.frombuffer(self._answer.read(answer.itemsize), answer)[0]
 
 
 def _over(patches: layout.Patches, post: tuple[float, float]) -> int | None:

@@ -10,7 +10,7 @@ struct Choice {
     vec4 quads;
     vec4 fan;    // the same for one fan, if the square is a node of this level
 };
-layout(std430, binding = 5) writeonly buffer Choices {
+layout(std430, binding = 5) writeonly buffer Answer {
     vec4 projection;  // smallest depth in metres, stretch, entirely in the picture, entirely outside
     vec4 range_m;     // lowest and highest height
     Choice choice[];
