@@ -205,9 +205,10 @@ class ErrorTables:
         moved = self.ctx.buffer(bytes(width * height * 4))
         bind("error/join.comp", Blocks=self.blocks, Gathering=gathering, Cuts=self.cuts, Moved=moved)
         blocks = 1 << j - FINE_LEVELS
+        of_blocks = -(-width * blocks // 8), -(-height * blocks // 8)
         self._run("cut", (-(-4 * width * height // 64), 1), place)
-        self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place | {"u_posts": posts})
-        self._run("join", (-(-width // 8), -(-height * blocks // 8)), place)
+        self._run("gather", of_blocks, place | {"u_posts": posts})
+        self._run("join", of_blocks, place)
         self._run("write", (-(-width * height // 64), 1), place)
         gathering.release()
         moved.release()

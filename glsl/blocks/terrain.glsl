@@ -29,6 +29,11 @@ layout(std140, binding = 0) uniform Terrain {
 layout(binding = 0) uniform sampler2D u_heights;
 layout(binding = 1) uniform usampler2D u_marks;  // VOID and WET; of pages also HOLE and HOLED
 
+#define WEST 0  // edges and wedges, in gl_TessLevelOuter's order
+#define NORTH 1
+#define EAST 2
+#define SOUTH 3
+
 int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
 
 float height_m(ivec2 post);

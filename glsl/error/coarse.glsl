@@ -7,7 +7,7 @@
 //      ├──┼██┼──┼───┤
 //      └──┴──┴──┴───┘
 //   Positive floats compare like their bits, and sums are integers. So the order of the threads does not matter.
-// Provides Gathered, nothing_gathered(), block_of[], block_index(), cut_edge[], has_moved[], cut_index(),
+// Provides Gathered, block_of[], block_index(), cut_edge[], has_moved[], cut_index(),
 // blocks_in_node().
 // Python twins: reference.node_errors, reference.wedge_errors
 
@@ -24,14 +24,6 @@ struct Gathered {
     uint squares[6];    // sums for quad, fan, cell of a patch: low and high word, fixed point (error/nodes.glsl)
     uint voids;
 };
-
-Gathered nothing_gathered() {
-    Gathered g;
-    for (int k = 0; k < MAXIMA; k++) g.most[k] = 0u;
-    for (int k = 0; k < 6; k++) g.squares[k] = 0u;
-    g.voids = 0u;
-    return g;
-}
 
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 

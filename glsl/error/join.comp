@@ -1,4 +1,4 @@
-// error/join.comp — the coarse levels of the error table: one thread reduces one row of its node's blocks.
+// error/join.comp — the coarse levels of the error table: one thread adds one block of posts to its node.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
@@ -13,24 +13,12 @@ void add_squares(int i, int word, uvec2 more) {
 }
 
 void main() {
-    int thread = int(gl_GlobalInvocationID.y);
-    ivec2 node_ = ivec2(gl_GlobalInvocationID.x, thread / blocks_in_node());
-    if (any(greaterThanEqual(node_, u_count))) return;
-    ivec2 first = (u_first + node_) * blocks_in_node() + ivec2(0, thread % blocks_in_node());
-    ivec2 end = min(first + blocks_in_node(), u_level[FINE_LEVELS].size);
-    if (first.y >= end.y) return;
-
-    Gathered row = nothing_gathered();
-    uvec2 sums[3] = uvec2[3](uvec2(0u), uvec2(0u), uvec2(0u));
-    for (int x = first.x; x < end.x; x++) {
-        Gathered block = block_of[block_index(ivec2(x, first.y))];
-        for (int k = 0; k < MAXIMA; k++) row.most[k] = max(row.most[k], block.most[k]);
-        row.voids |= block.voids;
-        for (int k = 0; k < 3; k++)
-            sums[k] = add64(sums[k], uvec2(block.squares[2 * k], block.squares[2 * k + 1]));
-    }
+    ivec2 thread = ivec2(gl_GlobalInvocationID.xy), node_ = thread / blocks_in_node();
+    ivec2 block = u_first * blocks_in_node() + thread;
+    if (any(greaterThanEqual(node_, u_count)) || any(greaterThanEqual(block, u_level[FINE_LEVELS].size))) return;
+    Gathered g = block_of[block_index(block)];
     int i = node_.y * u_count.x + node_.x;
-    for (int k = 0; k < MAXIMA; k++) atomicMax(gathered[i].most[k], row.most[k]);
-    for (int k = 0; k < 3; k++) add_squares(i, 2 * k, sums[k]);
-    atomicOr(gathered[i].voids, row.voids);
+    for (int k = 0; k < MAXIMA; k++) atomicMax(gathered[i].most[k], g.most[k]);
+    for (int k = 0; k < 3; k++) add_squares(i, 2 * k, uvec2(g.squares[2 * k], g.squares[2 * k + 1]));
+    atomicOr(gathered[i].voids, g.voids);
 }

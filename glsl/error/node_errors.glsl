@@ -93,11 +93,6 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     return vec2(whole, halves);
 }
 
-#define WEST 0  // wedges, in gl_TessLevelOuter's order
-#define NORTH 1
-#define EAST 2
-#define SOUTH 3
-
 // Drawn minus true height with the edge of the post's wedge whole, and with it split.
 vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge) {
     vec2 d = place - n.before;

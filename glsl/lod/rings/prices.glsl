@@ -7,9 +7,7 @@
 
 #include "lod/rings/leaf.glsl"
 
-#define SIZES_LOG2 7      // 1, 2, 4, ... 64 segments
-
-// squared pixels of error: SIZES_LOG2 numbers for each of a block's SQUARES
+// squared pixels of error with 1, 2, 4, ... 64 segments: SIZES numbers for each of a block's SQUARES
 layout(std430, binding = 4) buffer Weights { float weight[]; };
 
 int u_first;  // the block's first square in weight[]
@@ -18,8 +16,8 @@ int u_first;  // the block's first square in weight[]
 vec2 cheapest(int square, int side_log2, float price_, out int segments_log2) {
     vec2 best = vec2(NEVER, 0.0);
     segments_log2 = 0;
-    for (int k = 0; k < SIZES_LOG2; k++) {
-        float e = weight[SIZES_LOG2 * square + k];
+    for (int k = 0; k < SIZES; k++) {
+        float e = weight[SIZES * square + k];
         float triangles = is_cell_fan(side_log2, side_log2 - k) ? 4.0 : float(2 << 2 * k);
         if (e < 0.0) return vec2(0.0);
         if (price_ * triangles > best.x) break;  // even without an error, more triangles would cost more

@@ -83,11 +83,6 @@ int step_log2_of(uint word) { return int(word & 63u) - 16; }
 bool is_cell_fan(int side_log2, int step_log2) { return side_log2 == 0 && step_log2 == -1; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 
-#define WEST 0  // sides, in gl_TessLevelOuter's order
-#define NORTH 1
-#define EAST 2
-#define SOUTH 3
-
 int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // the axis along which the side runs
 bool is_far(int side) { return side == EAST || side == SOUTH; }         // the side has the square's larger coordinate
 

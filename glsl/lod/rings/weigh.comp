@@ -39,7 +39,7 @@ bool is_near(ivec2 low, int side_log2, int step_log2, bool is_finest, vec2 few_m
 }
 
 void weigh_square(int depth, ivec2 at) {
-    int i = square_index(depth, at), first = SIZES_LOG2 * (u_first + i), side_log2 = side_log2_at(depth);
+    int i = square_index(depth, at), first = SIZES * (u_first + i), side_log2 = side_log2_at(depth);
     ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
     Projection p = project_square(low, side_log2);
     bool nothing = is_nothing(low, end) || (p.outside && u_cull != 0);
@@ -47,7 +47,7 @@ void weigh_square(int depth, ivec2 at) {
     int coarsest = coarsest_step(low, side_log2), finest = finest_step(side_log2, block.ring);
     float px_per_m = u_focal_px * p.stretch / p.middle_m;
     vec2 few_m = few_cells_m(low, side_log2);
-    for (int k = 0; k < SIZES_LOG2; k++) {
+    for (int k = 0; k < SIZES; k++) {
         int step_log2 = side_log2 - k;
         bool has_step = step_log2 <= coarsest && step_log2 >= finest;
         float e = nothing ? -1.0 : NEVER;
