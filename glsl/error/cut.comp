@@ -1,6 +1,6 @@
-// error/cut.comp — how far the posts of each coarse node's edges lie off the straight lines between its corners.
-// One thread visits one edge. If an edit changes neither these distances nor a vertex of the node, the errors of the
-// node's other posts stay as they are.
+// error/cut.comp — how far the posts of each coarse node's edges lie off the straight lines between its corners. If an
+//   edit changes neither these distances nor a vertex of the node, the errors of the node's other posts stay as they
+//   are. One thread visits one edge.
 // Python twin: reference.cut_moves
 
 #include "error/coarse.glsl"

@@ -81,4 +81,3 @@ vec2 squares_m2(PackedNode n, int level, ivec2 at) {
     vec2 rms_m = texels_rms_m(n);
     return rms_m * rms_m * own_posts(level, at);
 }
-

@@ -1,5 +1,4 @@
-// generate/heights.comp — the posts of a band of rows, one thread for each post.
-//   A post's height depends only on its place.
+// generate/heights.comp — the posts of a band of rows. A post's height depends only on its place. One thread, one post.
 // Python twin: reference.land
 
 #include "generate/land.glsl"

@@ -90,7 +90,6 @@ float alpine(vec2 p) {
     return y;
 }
 
-// The large forms.
 float forms(vec2 p) { return u_recipe == ALPINE ? alpine(p) : canyon(p); }
 
 // Slope of the large forms, east and south.

@@ -1,5 +1,4 @@
-// generate/noise.glsl — gradient noise (Perlin 1985, with the fade of Perlin 2002),
-//   a different field for each seed and layer.
+// generate/noise.glsl — gradient noise (Perlin 1985, fade of Perlin 2002), another field for each seed and layer.
 //   n(p) = Σ fade(f) · g(c) · (p − c)   over the four corners c of p's cell, g a hashed unit vector
 // Provides noise(), cell_hash(), finer().   Python twin: reference.noise
 

@@ -1,5 +1,4 @@
-// sat/difference.comp — phase 1 of an edit: the differences of new and old values;
-//   the old ones are recovered from the table.
+// sat/difference.comp — phase 1 of an edit: new values minus old ones, which are recovered from the table.
 // Python twin: reference.sat
 
 #include "sat/edit.glsl"

@@ -7,10 +7,8 @@
 //   line 1 │ • • • • → │ • • • • → │ • • • →          they load neighbouring words; along rows each thread uses
 //   line 2 │ • • • • → │ • • • • → │ • • • →          all words of its own cache lines.
 //
-//   A line that is not longer than a strip takes one pass, sat/propagate.comp.
-//   Software renderers, which have few threads, sum WHOLE_LINES: rows by propagate, mostly four words at a time;
-//   columns by sat/columns.comp.
-//
+//   A line that is not longer than a strip takes one pass, sat/propagate.comp. Software renderers, which have few
+//   threads, sum WHOLE_LINES: rows by propagate, mostly four words at a time; columns by sat/columns.comp.
 // Provides word[], strip_sum[], word_index(), strip_index(), strips().
 // Python twin: reference.sat
 

@@ -1,7 +1,6 @@
 // sat/propagate.comp — phase 3 of a prefix sum: sum up each strip, starting with the sum of all strips before it.
 //   0 │ 3 1 4 1 │  9 │ 5 9 2 6 │  31 │ 5 3 5 8 │   →   │ 3 4 8 9 │ 14 23 25 31 │ 36 39 44 52 │
-//   Software renderers read and write each vector of a thread in one go.
-//   So four words of a row cost little more than one.
+//   Software renderers read a vector of a thread in one go: four words of a row cost little more than one.
 // Python twin: reference.sat
 
 #include "sat/lines.glsl"

@@ -1,6 +1,5 @@
-// sat/spread.comp — phase 2 of an edit: the differences, summed to a table,
-//   are added to all words to the right of and below the rectangle's corner. One thread owns a strip of a column.
-//   Sums that do not change are not read.
+// sat/spread.comp — phase 2 of an edit: the differences, summed to a table, are added to all words to the right of and
+//   below the rectangle's corner. One thread owns a strip of a column.
 // Python twin: reference.sat
 
 #include "sat/edit.glsl"

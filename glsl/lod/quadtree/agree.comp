@@ -12,8 +12,7 @@
 //
 //   All leaves look at the tree of the last round, and lod/quadtree/commit.comp applies the requests afterwards.
 //   So the order of the threads does not matter. Edges and splits are only added, never removed, so the rounds end.
-//   Every leaf is then within the tolerance with the edges that it has.
-// A group of 32 threads processes one tile, each thread one of its rows.
+//   A group of 32 threads processes one tile, each thread one of its rows.
 // Python twin: reference.quadtree.agree
 
 #include "lod/quadtree/leaf.glsl"

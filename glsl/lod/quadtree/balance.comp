@@ -1,8 +1,6 @@
-// lod/quadtree/balance.comp — let neighbours differ by at most one level:
-//   if a node is split, the parents of its neighbours are split, too.
-// One dispatch for each level, from the finest up. Bits are only added, so the order does not matter.
-// (Restricted quadtree:
-// Von Herzen, Barr 1987, "Accurate triangulations of deformed, intersecting surfaces".)
+// lod/quadtree/balance.comp — let neighbours differ by at most one level: if a node is split, the parents of its
+//   neighbours are split, too. One dispatch for each level, from the finest up. Bits are only added, so the order does
+//   not matter. (Von Herzen, Barr 1987, "Accurate triangulations of deformed, intersecting surfaces".)
 // Python twin: reference.tree.balance
 
 #include "lod/quadtree/tree.glsl"

@@ -1,6 +1,5 @@
-// lod/quadtree/cell.glsl — the error inside a cell of the map.
-//   The truth is bilinear with the twist t = a − b − c + d of its corners.
-//   Two triangles have an error of at most |t|/4, four around the centre |t|/16.
+// lod/quadtree/cell.glsl — the error inside a cell of the map. The truth is bilinear; its corners have the twist
+//   t = a − b − c + d. Two triangles have an error of at most |t|/4, four around the centre |t|/16.
 //   With n × n parts, n ≥ 4, whose outer edges stay whole, a triangle at an edge covers at most 1 × 1/n of the cell,
 //   and its error is at most |t| (1 − 1/n) / (4 n).
 //   (Truth minus triangle is t u v minus a plane. This is harmonic, so it is largest on an edge of the triangle. On an

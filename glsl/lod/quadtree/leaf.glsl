@@ -1,9 +1,6 @@
-// lod/quadtree/leaf.glsl — how a leaf is drawn:
-//   as a quad (two triangles), or as a fan of 4 to 8 triangles around its centre.
-//   An edge of a fan is split if the neighbour is finer.
-//   With a tolerance: a quad, if its error is within the tolerance and no neighbour is finer.
-//   With a budget: a quad, if no neighbour is finer and a fan is not worth its triangles.
-//   A cell near the eye may be a fan around the mean of its posts.
+// lod/quadtree/leaf.glsl — how a leaf is drawn: as a quad (two triangles), or as a fan of 4 to 8 triangles around its
+//   centre. It is a quad if no neighbour is finer, and if the quad is within the tolerance; with a budget, if a fan is
+//   not worth its triangles. An edge of a fan is split if the neighbour is finer.
 // Provides finer_neighbours(), split_edges(), fan_triangles(), draws_as_quad().
 // Python twin: reference.select
 

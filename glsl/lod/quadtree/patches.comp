@@ -1,7 +1,6 @@
 // lod/quadtree/patches.comp — from the tree's leaves to patches: quads and fans (lod/quadtree/leaf.glsl);
-//   quads are joined to squares (lod/quadtree/squares.glsl).
-//   A group of 32 threads processes one tile, each thread one of its rows.
-// The same program runs twice, so that both passes decide alike: to count the patches, and to write them.
+//   quads are joined to squares (lod/quadtree/squares.glsl). The program runs twice: to count the patches, and to write
+//   them. A group of 32 threads processes one tile, each thread one of its rows.
 // Python twin: reference.select
 
 #include "lod/quadtree/leaf.glsl"
@@ -76,12 +75,6 @@ void count_patches(int tile, int s) {
     atomicAdd(s_count[s], patches);
 }
 
-void add_to_summary() {
-    atomicAdd(s_triangles, s_tile_triangles);
-    atomicAdd(s_splits, s_tile_splits);
-    atomicMax(s_worst_px, s_tile_worst);
-}
-
 void write_row(int tile, int s) {
     if (patch_bits(s, row) == 0u) return;
     uint place = s_offset[offset_index(s, tile)];
@@ -113,7 +106,11 @@ void main() {
     barrier();
     classify_row();
     barrier();
-    if (row == 0 && !u_emits) add_to_summary();
+    if (row == 0 && !u_emits) {
+        atomicAdd(s_triangles, s_tile_triangles);
+        atomicAdd(s_splits, s_tile_splits);
+        atomicMax(s_worst_px, s_tile_worst);
+    }
     form_squares(level, first, row);
     if (!u_emits && row < SIZES) count_patches(tile, row);
     if (u_emits) for (int s = 0; s < SIZES; s++) write_row(tile, s);

@@ -1,12 +1,8 @@
 // lod/quadtree/price.glsl — whether triangles of a node are worth their price λ (lod/quadtree/summary.glsl).
-//   An error of δ metres is at most w δ pixels in the picture. So a gain of g m² for a triangle is w² g px².
-//   w is the bound over the node's box (lod/project.glsl). Most nodes are small compared with their distance;
-//   for them w is close to the value everywhere in the node.
-//   Large nodes are split a little early, but they are hardly ever leaves.
-//   Near the eye a post covers many pixels; far away many posts share a pixel.
-//   The weight of a post is the width of a cell in pixels, but at least 1:
-//       n = max(1, K/z √(s_x s_y)),   s the spacing, z the depth of the node's centre, K the focal length in pixels.
-//   The post itself has the share 1 of this weight; places between posts, where the truth is bilinear, have n − 1.
+//   An error of δ metres is at most w δ pixels anywhere in the node's box (lod/project.glsl). So a gain of g m² for a
+//   triangle is w² g px². Large nodes are split a little early, but they are hardly ever leaves.
+//   A post has the weight n (post_weight() of lod/project.glsl): 1 for the post itself, and n − 1 for the places around
+//   it, where the truth is bilinear.
 //   A cell with corners a, b, c, d and the twist t = a − b − c + d has the mean squared error
 //       t² / 90     as a quad, with either diagonal,
 //       t² / 1440   as a fan around its centre, (a + b + c + d) / 4.

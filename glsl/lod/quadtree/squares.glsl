@@ -1,5 +1,5 @@
 // lod/quadtree/squares.glsl — 2 × 2, 4 × 4, ... 32 × 32 quads that fill a square of the map become one patch.
-//   Every quad is within the tolerance, so the patch is, too:
+//   Every quad is within the tolerance, so the patch is, too.
 //
 //     1 1 1 1 │ 1 1         1s: quads                       a square's bits are joined in steps:
 //     1 1 1 1 │ 1 .            ┌───────┐                        row & row >> 1     two side by side

@@ -10,7 +10,6 @@
 
 const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
 
-
 bool is_within(ivec2 post, ivec2 low, ivec2 end) {
     return all(greaterThanEqual(post, low)) && all(lessThan(post, end));
 }

@@ -1,6 +1,6 @@
-// lod/rings/emit.comp — writes a patch for each leaf, at the place that lod/rings/place.comp computed. So the same
-// view always gives the same list. One thread handles one block.
-// The records of hidden leaves come after all patches: measurements and explanations read them, but nothing draws them.
+// lod/rings/emit.comp — writes a patch for each leaf, at the place that lod/rings/place.comp computed. So the same view
+//   always gives the same list. The records of hidden leaves come after all patches: measurements and explanations read
+//   them, but nothing draws them. One thread handles one block.
 
 #include "lod/rings/shapes.glsl"
 

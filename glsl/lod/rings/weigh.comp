@@ -1,8 +1,7 @@
 // lod/rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared
 //   pixels, from the exact sums of the tables: n w² E(p, T).
 //   E(p, T) is the box sum of squared errors. An error of one metre makes at most w pixels in the middle of the square.
-//   The weight of a post is n, the width of a cell in pixels, but at least 1: n = max(1, K √(s_x s_y) / z).
-//   The mean square of the sag over a cell is about half the square of its largest value.
+//   n is post_weight(). The mean square of the sag over a cell is about half the square of its largest value.
 //   One work group handles one block, one thread handles one of its units.
 
 #include "lod/rings/squares.glsl"
