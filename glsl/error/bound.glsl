@@ -2,8 +2,8 @@
 //   Maximum: if the count of class c over the rectangle is zero, no tile of it is above this class (integral histogram,
 //   Porikli 2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
 //   Sum of squares: the box sum itself, exact.
-//   The entries are for tiles of 2^tile_log2() nodes a side. A rectangle is widened to whole tiles. Counters have 8 bits,
-//   and are exact for boxes of up to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
+//   The entries are for tiles of 2^tile_log2() nodes a side. A rectangle is widened to whole tiles. Counters of 8 bits
+//   are exact for boxes of up to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. Its error is |t|/(4 n²), where t is
 //   its twist. So the table of level 0 is used with n² times the tolerance.
 // Provides is_within_m(), largest_m(), squares_m2().

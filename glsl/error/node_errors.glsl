@@ -61,8 +61,8 @@ Node node_at(int level, ivec2 at) {
     return n;
 }
 
-// The bound of rounding errors is for the order of operations below, so they are `precise`. The functions select numbers
-// by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
+// The bound of rounding errors is for the order of operations below, so they are `precise`. The functions select
+// numbers by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
 
 // Drawn minus true height with the falling and with the rising diagonal. A place is in posts from the node's corner.
 vec2 quad_errors_m(Node n, vec2 place, float h) {

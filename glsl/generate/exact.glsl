@@ -1,6 +1,6 @@
 // generate/exact.glsl — arithmetic that gives the same bits on every driver.
-//   In GLSL 4.30 (section 4.5.1) addition, subtraction, multiplication, comparison and floor() of floats follow IEEE
-//   754. Division, square roots and functions like dot() and mix() may differ in their last bits, so we do not use them.
+//   In GLSL 4.30 (section 4.5.1) addition, subtraction, multiplication, comparison and floor() of floats follow
+//   IEEE 754. Division, square roots and functions like dot() may differ in their last bits, so we do not use them.
 //   `precise` prevents a product and a sum from becoming one operation. Every function returns a precise variable.
 // Provides blend(), dot2(), smooth_step(), inverse_sqrt(), soft_abs(), soft_min(), hash(), signed_unit().
 // Python twins: reference.generate.inverse_sqrt, reference.pcg3d

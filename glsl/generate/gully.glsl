@@ -1,7 +1,7 @@
 // generate/gully.glsl — stripes that run down a slope, like gullies from erosion, without a simulation of water.
 //   Each cell has a pivot, from which waves spread across the slope. The waves of the nine cells around a point are
-//   added as vectors and normalised, so that stripes join, fork and end (after Clay John 2018, Eroded Terrain Noise, and
-//   Skovbo Johansen 2025).
+//   added as vectors and normalised, so that stripes join, fork and end (after Clay John 2018, Eroded Terrain Noise,
+//   and Skovbo Johansen 2025).
 //
 //     slope ↓   │ │ ╲ │ │        The slope of each octave's stripes turns the stripes of the next octave. So these
 //               │ │ │╲│ │        run down the sides of the larger gullies, and gullies branch.

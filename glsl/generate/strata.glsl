@@ -8,7 +8,7 @@
 
 #include "generate/noise.glsl"
 
-// The new height for `h`, in units of the relief; the hardest cliffs are `edge` times as steep as before, the softest 2.
+// The new height for `h`, in units of the relief; the hardest cliffs are `edge` times as steep, the softest 2 times.
 float strata(float h, vec2 p, float layers, float thickness, float edge, float strength, uint kind) {
     precise vec2 broad = 0.6 * p, wavy = 5.0 * p, rock = 1.3 * p;
     precise float tilt = 0.9 * noise(broad, kind) + 0.15 * noise(wavy, kind + 1u);

@@ -1,5 +1,5 @@
 // lod/quadtree/refine.comp — split every node of a level that is in the picture and over tolerance however it is drawn;
-//   with a budget, every node whose children are worth their triangles. One dispatch for each level, from the root down.
+//   with a budget, every node whose children are worth their triangles. One dispatch for each level, root first.
 //   One thread decides the 32 nodes of one word.
 // Python twin: reference.select
 

@@ -15,7 +15,7 @@ layout(std430, binding = 4) buffer Summary {
     uint s_worst_px;     // float bits: the largest bound among the patches
     float s_price;       // λ in squared pixels for a triangle; below 0 if a tolerance decides
     uint s_asked;        // whether a leaf had a request in the last round of lod/quadtree/agree.comp
-    uint s_offset[];     // patches of each size in each tile; lod/quadtree/place.comp replaces each by the sum before it
+    uint s_offset[];     // patches of each size in each tile; lod/place.glsl replaces each by the sum before it
 };
 
 bool has_budget() { return s_price >= 0.0; }
