@@ -17,6 +17,7 @@ Specification: `reference.rings`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -135,16 +136,14 @@ class RingsSelector(OfPatches):
 
     def _keep(self, rings: list[Ring]) -> Selection:
         """Choose patches for the tolerance."""
-        while True:
-            self._begin(rings)
+
+        def decide() -> None:
             for r in range(ROUNDS):
                 self._run("decide", _work("round", r) if r else _work("seen"), round=r)
                 if r + 1 < ROUNDS:
                     self._run("spawn", round=r)
-            summary = self._finish()
-            selection = self._selection(summary)
-            if self._has_room(int(summary["blocks"]), selection.patches + selection.hidden, selection.draws):
-                return selection
+
+        return self._made(rings, decide)[0]
 
     def _spend(self, rings: list[Ring], triangles: int) -> Selection:
         """Choose patches for a budget of least squares."""
@@ -180,15 +179,24 @@ class RingsSelector(OfPatches):
 
     def _at_price(self, rings: list[Ring], price: float) -> tuple[Selection, np.void]:
         """The mesh for a price of a triangle, and its record `layout.RING_SUMMARY`."""
-        while True:
-            self._begin(rings)
+
+        def spend() -> None:
             bind("lod/rings/prices.glsl", Weights=self._weights)
             self._run("spend", _work("seen"), price=price)
             self._bind()  # the weights have taken the binding point of another buffer
+
+        mesh, summary = self._made(rings, spend)
+        return replace(mesh, price=price if price > 2.0**budget.PRICE.lowest else 0.0), summary
+
+    def _made(self, rings: list[Ring], decide: Callable[[], None]) -> tuple[Selection, np.void]:
+        """The mesh of the squares that `decide` chooses, and its record; made again if the buffers were too small."""
+        while True:
+            self._begin(rings)
+            decide()
             summary = self._finish()
-            selection = replace(self._selection(summary), price=price if price > 2.0**budget.PRICE.lowest else 0.0)
-            if self._has_room(int(summary["blocks"]), selection.patches + selection.hidden, selection.draws):
-                return selection, summary
+            mesh = replace(self.selection_of(summary), hidden=int(summary["hidden"]))
+            if self._has_room(int(summary["blocks"]), mesh.patches + mesh.hidden, mesh.draws):
+                return mesh, summary
 
     def ridge_before(self, x: float, y: float) -> tuple[float, float]:
         """World (x, y) of the ridge that hides a place (x, y), for the last selection."""
@@ -234,20 +242,16 @@ class RingsSelector(OfPatches):
         self._run("cull", groups=-(-blocks // self._threads))
         return blocks
 
-    def _look_around(self) -> None:
-        """Find the horizon around the eye, if hidden land is left out."""
-        hiding = self._hiding
-        if hiding.sectors:
-            bind("lod/rings/horizon.comp", u_out=self._horizon.texture)
-            self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
-        bind("lod/rings/hidden.glsl", u_horizon=self._horizon.texture)
-
     def _finish(self) -> np.void:
         """Let neighbours agree on their edges, and turn leaves into patches.
 
         Returns a record `layout.RING_SUMMARY`. Reading it is the only time that a frame waits for the GPU.
         """
-        self._look_around()
+        hiding = self._hiding
+        if hiding.sectors:
+            bind("lod/rings/horizon.comp", u_out=self._horizon.texture)
+            self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
+        bind("lod/rings/hidden.glsl", u_horizon=self._horizon.texture)
         bind("lod/rings/shapes.glsl", Shapes=self._buffers["shapes"])
         over = 0
         has_agreed = False
@@ -273,15 +277,11 @@ class RingsSelector(OfPatches):
     def _agree(self, over: int) -> int:
         """Run further rounds of `agree`, from round `over` on; returns how many are done."""
         if over:
-            self._forget_queues(over)
+            for r in range(over - AGREEING, over):  # later rounds use the queues of past rounds again
+                self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
         for r in range(over, over + AGREEING):
             self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, priced=self._variant in PRICED)
         return over + AGREEING
-
-    def _forget_queues(self, over: int) -> None:
-        """Empty the queues of past rounds: later rounds use them again."""
-        for r in range(over - AGREEING, over):
-            self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
 
     def _bind(self) -> None:
         self.bind()
@@ -308,9 +308,6 @@ class RingsSelector(OfPatches):
         else:
             kernel.run_indirect(self._buffers["blocks"], indirect)
         self.ctx.memory_barrier(BARRIER)
-
-    def _selection(self, summary: np.void) -> Selection:
-        return replace(self.selection_of(summary), hidden=int(summary["hidden"]))
 
     def _has_room(self, blocks: int, patches: int = 0, draws: int = 0) -> bool:
         """Whether so many of each fit into the buffers; if not, make the buffers larger."""
@@ -352,14 +349,9 @@ def _mean(summary: np.void) -> float:
     return math.sqrt(squares / land) if land else math.inf
 
 
-def _no_work() -> np.ndarray:
-    work = np.zeros((), layout.RING_WORK)
-    for name in ("round", "seen", "all", "leaves", "queue"):
-        work[name]["one"] = 1
-    return work
-
-
-_NO_WORK = _no_work()
+_NO_WORK = np.zeros((), layout.RING_WORK)
+for _name in ("round", "seen", "all", "leaves", "queue"):
+    _NO_WORK[_name]["one"] = 1
 _EMPTY = _NO_WORK["all"].tobytes()
 
 
