@@ -26,7 +26,6 @@ from pathlib import Path
 from terrain_gl import Camera, Heightmap, Renderer
 from terrain_gl.basics.replacing import replacing
 from terrain_gl.comparison import compare, curves
-from terrain_gl.comparison.baselines import PARAMETERS
 from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
@@ -133,10 +132,8 @@ class Case:
         return found | ({"parameters": asdict(detail["parameters"])} if "parameters" in detail else {})
 
     def _likeness(self, method, triangles):
-        detail = {"triangles": triangles}
-        if method in PARAMETERS:
-            tried = curves.details_of(self.renderer, self.camera, method, triangles)
-            detail = compare.best_pictured(self.renderer, self.camera, self._truth(), method, tried)
+        tried = curves.details_of(self.renderer, self.camera, method, triangles)
+        detail = compare.best_pictured(self.renderer, self.camera, self._truth(), method, tried)
         found = self._picture(method=method, **detail)
         return found | ({"parameters": asdict(detail["parameters"])} if "parameters" in detail else {})
 

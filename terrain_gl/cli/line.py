@@ -8,8 +8,8 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..camera import Camera
-from ..comparison.baselines import Parameters
 from ..comparison.clipmap import Rings
+from ..comparison.tessellated import Edges
 from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
@@ -95,7 +95,7 @@ def _words(told: dict[str, Any]) -> list[str]:
     return words
 
 
-def _parameter(parameters: Parameters) -> dict[str, Any]:
+def _parameter(parameters: Rings | Edges) -> dict[str, Any]:
     """A baseline's one parameter that has an option."""
     told = {"ring": parameters.ring} if isinstance(parameters, Rings) else {"edge": parameters.edge_px}
     if parameters != type(parameters)(*told.values()):

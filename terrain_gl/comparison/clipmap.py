@@ -27,9 +27,9 @@ from ..camera import Camera, boxes_in_picture
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..heightmap import Heightmap
-from ..lod import Goal, Selection, ViewBlock
-from ..terrain import Terrain
-from .pyramid import Pyramid
+from ..lod import Goal, Selection
+from ..renderer.methods import Selectors
+from .baselines import Baseline
 
 SMALLEST_RING = 13
 FINEST = -6  # the finest level: vertices are on 64ths of a post
@@ -187,31 +187,18 @@ def _odd_places(at: np.ndarray, size: np.ndarray, rim: np.ndarray) -> np.ndarray
     return (end + 1) // 2 - (at + 1) // 2 - ((end == rim) & (end % 2 == 1))
 
 
-class Clipmap:
-    """A clipmap of a terrain; a `surface.Surface`.
-
-    Parameters
-    ----------
-    terrain, view
-        The map, and the camera block to write.
-    pyramid
-        The heights of all levels.
-    """
+class Clipmap(Baseline):
+    """A clipmap of a terrain."""
 
     stages: Mapping[str, str] = MappingProxyType({"vertex": "comparison/clipmap/ring.vert"})
     defines: Mapping[str, object] = MappingProxyType({"BLOCK": BLOCK})
-    on_heights = False
     mode = moderngl.TRIANGLES
 
-    def __init__(self, terrain: Terrain, view: ViewBlock, pyramid: Pyramid) -> None:
-        self.ctx = terrain.ctx
-        self.terrain = terrain
-        self.view = view
-        self.pyramid = pyramid
+    def __init__(self, selectors: Selectors) -> None:
+        super().__init__(selectors)
         self.indices: moderngl.Buffer = self.ctx.buffer(_grid_indices().tobytes())
         self._block = self.ctx.buffer(reserve=CLIPMAP.itemsize)
         self._blocks = self.ctx.buffer(reserve=_BLOCK.itemsize)
-        self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
 
     @property
     def bytes(self) -> int:
@@ -229,8 +216,8 @@ class Clipmap:
         self.view.bind()
         bind("comparison/clipmap/ring.vert", Clipmap=self._block)
 
-    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
-        """Choose the blocks for a picture of `size`, by the parameters of the goal or by default ones."""
+    def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose the blocks in the picture."""
         rings: Rings = goal.parameters or Rings()
         self.view.write(self.terrain, camera, size, near_m, tolerance_px=goal.tolerance_px, cull=goal.cull)
         chosen, blocks = self._blocks_in(camera, size, near_m, rings, goal.cull)

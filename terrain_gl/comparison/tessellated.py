@@ -24,10 +24,10 @@ from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
-from ..lod import Goal, Selection, ViewBlock
-from ..terrain import Terrain
+from ..lod import Goal, Selection
+from ..renderer.methods import Selectors
+from .baselines import Baseline
 from .clipmap import ClipmapRing, rings_of
-from .pyramid import Pyramid
 
 MOST = 32  # segments of an edge, as in glsl/comparison/tessellated/levels.comp
 _PLACE = np.dtype([("at", "2i4"), ("level", "i4"), ("finer", "i4")])
@@ -105,16 +105,8 @@ def places_of(ring: ClipmapRing) -> np.ndarray:
     return places[~(across & down)]
 
 
-class Tessellated:
-    """A tessellated clipmap of a terrain; a `surface.Surface`.
-
-    Parameters
-    ----------
-    terrain, view
-        The map, and the camera block to write.
-    pyramid
-        The heights of all levels.
-    """
+class Tessellated(Baseline):
+    """A tessellated clipmap of a terrain."""
 
     stages: Mapping[str, str] = MappingProxyType(
         {
@@ -123,22 +115,15 @@ class Tessellated:
             "tess_evaluation": "comparison/tessellated/patch.tese",
         }
     )
-    defines: Mapping[str, object] = MappingProxyType({})
-    on_heights = False
     mode = moderngl.PATCHES
-    indices = None
 
-    def __init__(self, terrain: Terrain, view: ViewBlock, pyramid: Pyramid) -> None:
-        self.ctx = terrain.ctx
-        self.terrain = terrain
-        self.view = view
-        self.pyramid = pyramid
+    def __init__(self, selectors: Selectors) -> None:
+        super().__init__(selectors)
         self._levels = shaders.compute(self.ctx, "comparison/tessellated/levels.comp")
         self._measures = self.ctx.buffer(reserve=MEASURES.itemsize)
         self._places = self.ctx.buffer(reserve=_PLACE.itemsize)
         self._cuts = self.ctx.buffer(reserve=16)
         self._count = self.ctx.buffer(reserve=4)
-        self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
 
     @property
     def bytes(self) -> int:
@@ -156,8 +141,8 @@ class Tessellated:
         self.view.bind()
         bind("comparison/tessellated/measures.glsl", Tessellated=self._measures)
 
-    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
-        """Choose and cut the patches for a picture of `size`, by the parameters of the goal or by default ones."""
+    def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose and cut the patches in the picture."""
         edges: Edges = goal.parameters or Edges()
         places = self._look(camera, size, near_m, edges, goal.cull, goal.tolerance_px)
         triangles = self._cut(len(places), edges)

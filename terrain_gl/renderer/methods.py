@@ -29,8 +29,8 @@ class Method(NamedTuple):
     kind
         A CERTIFIED method is within the tolerance, a BASELINE certifies nothing, an EXACT method draws every post.
     factory
-        "module:function" inside this package: a function from `Selectors` to a `Selector`. The module is imported when
-        the method is first used.
+        "module:name" inside this package: a function or class that makes a `Selector` from `Selectors`. The module is
+        imported when the method is first used.
     help
         A short description.
     """
@@ -42,8 +42,8 @@ class Method(NamedTuple):
 
 REGISTRY = {
     "sat": Method(CERTIFIED, "renderer.methods:rings_of_tables", "a clipmap, its detail chosen by summed-area tables"),
-    "clipmap": Method(BASELINE, "comparison.baselines:clipmap", "geometry clipmaps"),
-    "tessellated": Method(BASELINE, "comparison.baselines:tessellated", "clipmaps with hardware tessellation"),
+    "clipmap": Method(BASELINE, "comparison.clipmap:Clipmap", "geometry clipmaps"),
+    "tessellated": Method(BASELINE, "comparison.tessellated:Tessellated", "clipmaps with hardware tessellation"),
     "quadtree": Method(CERTIFIED, "renderer.methods:quadtree", "a restricted quadtree: in most views fewer triangles"),
     "full": Method(EXACT, "renderer.methods:quadtree", "every post"),
     "truth": Method(EXACT, "comparison.bilinear:truth", "every post, bilinear in between"),
