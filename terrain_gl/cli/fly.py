@@ -12,10 +12,9 @@ import numpy as np
 from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Vector
 from ..film import parts
-from ..film.flight import FPS
 from ..film.journal import FlightJournal
 from ..film.path import CameraPath
-from ..film.record import CODECS, Recorder, is_folder
+from ..film.record import CODECS, FPS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap, ground_m
 from . import effects, frames, furniture, options, overlays, report, stores, values

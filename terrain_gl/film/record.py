@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from fractions import Fraction
-from functools import partial
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
@@ -27,9 +27,10 @@ from ..image import write_png
 from . import parts
 
 WAITING = 4  # most frames in the queue
+FPS = 30.0
 MAX_FPS = 1000.0
 GIF_FPS = 50.0  # browsers play a faster GIF at ten frames a second
-Write = parts.Write
+Write = Callable[[np.ndarray], None]
 
 
 class Codec(NamedTuple):
@@ -81,7 +82,7 @@ class Recorder:
     ...         recorder.append(renderer.render(camera).image)
     """
 
-    def __init__(self, path: str | os.PathLike[str], fps: float = 30.0, first: int | None = None) -> None:
+    def __init__(self, path: str | os.PathLike[str], fps: float = FPS, first: int | None = None) -> None:
         self.path = os.fspath(path)
         if not 0 < fps <= MAX_FPS:
             raise UsageError(f"frames a second must be more than 0 and at most {MAX_FPS:g}, got {fps:g}")
@@ -265,78 +266,108 @@ def _film(path: Path, fps: float, first: int | None) -> AbstractContextManager[W
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise TerrainError(f"{path}: no permission to write in {path.parent}: choose another folder")
     rate = Fraction(fps).limit_denominator(1001)
-    encode = partial(_encoded, av, codec=codec, rate=rate)
     if first is None:
-        return encode(path)
+        return _encoded(av, path, codec, rate)
+    return _in_parts(av, path, codec, rate, first, _locked(parts.folder_of(path)))
 
-    def join(files: Sequence[Path]) -> None:
-        with replacing(path) as beside, _reasons(av, path):
-            parts.join(av, files, beside, rate, codec.container_options)
 
-    return parts.writing(path, first, _locked(parts.folder_of(path)), encode, join)
+@contextmanager
+def _in_parts(av: Any, film: Path, codec: Codec, rate: Fraction, first: int, lock: int) -> Iterator[Write]:
+    """Write the parts of a film from frame `first` on; at the end, join all parts, and remove them.
+
+    `lock` is the descriptor that locks their folder.
+    """
+    done = complete = first
+    try:
+        with contextlib.ExitStack() as part:
+            put: Write
+
+            def write(image: np.ndarray) -> None:
+                nonlocal done, complete, put
+                if done % parts.FRAMES == 0:
+                    put = part.enter_context(_encoded(av, parts.part_of(film, done), codec, rate))
+                put(image)
+                done += 1
+                if done % parts.FRAMES == 0:
+                    part.close()
+                    complete = done
+
+            yield write
+            part.close()
+            complete = done
+        with replacing(film) as beside, _reasons(av, film):
+            _join(av, [parts.part_of(film, frame) for frame in range(0, done, parts.FRAMES)], beside, rate, codec)
+        for file in parts.folder_of(film).glob("*part-*.mp4"):
+            file.unlink()
+    except TerrainError as error:
+        if not complete:
+            raise
+        raise TerrainError(f"{error}; the first {complete} pictures are complete") from None
+    finally:
+        parts.remove_empty(parts.folder_of(film))
+        os.close(lock)
+
+
+def _join(av: Any, files: Sequence[Path], to: Path, rate: Fraction, codec: Codec) -> None:
+    """Join the parts of a film as they are: nothing is encoded twice."""
+    with av.open(os.fspath(to), "w", format=codec.container, container_options=codec.container_options) as joined:
+        stream = None
+        for number, file in enumerate(files):
+            with av.open(os.fspath(file)) as part:
+                stream = stream or joined.add_stream_from_template(part.streams.video[0])
+                for packet in part.demux(video=0):
+                    if packet.dts is not None:  # the last packet is empty
+                        ticks = round(number * parts.FRAMES / rate / packet.time_base)
+                        packet.pts = packet.pts + ticks
+                        packet.dts = packet.dts + ticks
+                        packet.stream = stream
+                        joined.mux(packet)
 
 
 @contextmanager
 def _encoded(av: Any, path: Path, codec: Codec, rate: Fraction) -> Iterator[Write]:
-    """Write a film to a temporary file, which gets its name at the end."""
-    with replacing(path) as part, _reasons(av, path):
-        film = _Film(av, part, codec, rate)
-        try:
-            yield film.write
-            film.finish()
-        finally:
-            film.close()
+    """Write a film to a temporary file, which gets its name at the end. The first frame sets the size."""
+    is_h264 = codec.encoder == "libx264"
+    numbers = count()
+    stream: Any = None
+    convert: Callable[[Any], Any] = _h264_pixels if is_h264 else lambda frame: frame.reformat(format=codec.pixels)
+    options = codec.container_options
+    with (
+        replacing(path) as part,
+        _reasons(av, path),
+        av.open(os.fspath(part), "w", format=codec.container, container_options=options) as film,
+    ):
+
+        def write(image: np.ndarray) -> None:
+            nonlocal stream, convert
+            if is_h264:
+                image = _even(image)
+            if stream is None:
+                height, width = image.shape[:2]
+                stream = _stream(film, codec, rate, width, height)
+                if codec.encoder == "gif":
+                    convert = _palette_pixels(av, width, height, 1 / rate)
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), "rgb24")
+            frame.pts = next(numbers)
+            frame.time_base = 1 / rate
+            film.mux(stream.encode(convert(frame)))
+
+        yield write
+        if stream is not None:
+            film.mux(stream.encode(None))  # what the encoder still holds
 
 
-class _Film:
-    """A film that PyAV writes; the first frame sets its size."""
-
-    def __init__(self, av: Any, part: Path, codec: Codec, rate: Fraction) -> None:
-        self._av = av
-        self._codec = codec
-        self._rate = rate
-        self._frames = 0
-        self._file = av.open(os.fspath(part), "w", format=codec.container, container_options=codec.container_options)
-        self._stream: Any = None
-        self._convert: Callable[[Any], Any] = _h264_pixels if codec.encoder == "libx264" else self._plain_pixels
-
-    def write(self, image: np.ndarray) -> None:
-        """Encode a frame."""
-        if self._codec.encoder == "libx264":
-            image = _even(image)
-        if self._stream is None:
-            self._open(image.shape[1], image.shape[0])
-        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), "rgb24")
-        frame.pts = self._frames
-        frame.time_base = 1 / self._rate
-        self._frames += 1
-        self._file.mux(self._stream.encode(self._convert(frame)))
-
-    def finish(self) -> None:
-        """Flush the encoder."""
-        if self._stream is not None:
-            self._file.mux(self._stream.encode(None))
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-    def _open(self, width: int, height: int) -> None:
-        codec = self._codec
-        self._stream = self._file.add_stream(codec.encoder, self._rate, options=dict(codec.encoder_options))
-        self._stream.width = width
-        self._stream.height = height
-        self._stream.pix_fmt = codec.pixels
-        context = self._stream.codec_context
-        context.time_base = 1 / self._rate
-        if codec.encoder == "libx264":
-            context.colorspace = context.color_primaries = context.color_trc = _BT709
-            context.color_range = _LIMITED
-        elif codec.encoder == "gif":
-            self._convert = _palette_pixels(self._av, width, height, 1 / self._rate)
-
-    def _plain_pixels(self, frame: Any) -> Any:
-        return frame.reformat(format=self._codec.pixels)
+def _stream(film: Any, codec: Codec, rate: Fraction, width: int, height: int) -> Any:
+    stream = film.add_stream(codec.encoder, rate, options=dict(codec.encoder_options))
+    stream.width = width
+    stream.height = height
+    stream.pix_fmt = codec.pixels
+    context = stream.codec_context
+    context.time_base = 1 / rate
+    if codec.encoder == "libx264":
+        context.colorspace = context.color_primaries = context.color_trc = _BT709
+        context.color_range = _LIMITED
+    return stream
 
 
 def _h264_pixels(frame: Any) -> Any:

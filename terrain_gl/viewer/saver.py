@@ -16,10 +16,9 @@ from ..basics.replacing import replacing
 from ..basics.steps import Steps, portion
 from ..files.export import FORMATS, Mesh, land_mesh, write_mesh
 from ..files.records import json_text
-from ..film.flight import FPS, flight_steps
 from ..film.path import CameraPath, Keyframe
 from ..film.path import FlightFrame as PathPose
-from ..film.record import Recorder
+from ..film.record import FPS, Recorder
 from ..image import write_png
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
@@ -298,7 +297,11 @@ class Saver:
 
         count = max(2, round((flight.seconds or 0.0) * FPS))
         try:
-            yield from flight_steps(flight.poses(count), count, draw, recorder, wait=False)
+            for number, pose in enumerate(flight.poses(count)):
+                image = yield from portion(draw(pose), number, count)
+                while not recorder.append(image, wait=False):  # the encoder is behind
+                    yield (number + 1) / count
+                yield (number + 1) / count
         except BaseException:
             recorder.cancel()
             raise
