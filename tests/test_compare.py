@@ -16,7 +16,6 @@ from terrain_gl.comparison import curves, pruned
 from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.compare import (
     COMPARED,
-    Comparison,
     MethodResult,
     Truth,
     best_pictured,
@@ -82,8 +81,8 @@ def test_finer_meshes_are_nearer_to_the_truth(renderer, camera):
 def test_study_draws_all_methods_with_as_many_triangles(renderer, camera):
     done = []
     found = study(renderer, camera, TRIANGLES, with_curves=True, fine=2, progress=done.append)
-    assert [entry.method for entry in found.comparison.entries] == list(COMPARED)
-    for entry in found.comparison.entries:
+    assert [entry.method for entry in found.entries] == list(COMPARED)
+    for entry in found.entries:
         assert abs(entry.stats["triangles"] / TRIANGLES - 1) <= EQUAL, entry.method
         assert entry.image.shape == (90, 160, 3) and entry.error_px.shape == (90, 160)
         assert np.nanmax(entry.error_px) <= entry.stats["max_error_px"] * (1 + 1e-6)
@@ -103,7 +102,7 @@ def test_more_triangles_than_a_method_can_draw_are_asked_of_none(ctx, triangles)
     found, most = study(r, camera, triangles, fine=1), r.choose(camera, method="full")["triangles"]
     r.release()
     assert found.triangles == found.record()["triangles"] == pytest.approx(min(triangles, most), rel=EQUAL)
-    for entry in found.comparison.entries:
+    for entry in found.entries:
         assert abs(entry.stats["triangles"] / found.triangles - 1) <= EQUAL and not found.uneven()
 
 
@@ -112,9 +111,9 @@ def test_a_line_names_the_methods_with_other_numbers_of_triangles():
         MethodResult(method, {"triangles": n}, None, None)
         for method, n in zip(COMPARED, (2884, 3003, 3000, 3180), strict=True)
     ]
-    found = Study(Comparison(None, {}, entries, None), triangles=3000)
+    found = Study(None, entries, triangles=3000)
     assert uneven_text(found) == "\n\nnot equal to 3,000 triangles: Geometry clipmaps -4 %, Summed-area tables +6 %"
-    found.comparison.entries = entries[1:2]
+    found.entries = entries[1:2]
     assert uneven_text(found) == ""
 
 
@@ -122,7 +121,7 @@ def test_study_of_a_certified_error_says_what_the_others_need(renderer, camera):
     found = study(renderer, camera, TRIANGLES, max_error_px=2.0, fine=1)
     own = found.needed["sat"]
     assert own["max_error_px"] <= own["certified_max_error_px"] <= 2.0
-    assert found.comparison.entries[-1].stats["triangles"] == own["triangles"]
+    assert found.entries[-1].stats["triangles"] == own["triangles"]
     for method, stats in found.needed.items():
         assert stats is None or stats["max_error_px"] <= 2.0, method
     assert found.table()[-1].label == "triangles to be within 2 px"

@@ -118,7 +118,7 @@ def in_lines(command: str) -> list[str]:
 
 def text(found: Study) -> str:
     """The numbers as a text table, one column for each method."""
-    rows = [["", *(LABELS[entry.method] for entry in found.comparison.entries)]]
+    rows = [["", *(LABELS[entry.method] for entry in found.entries)]]
     rows += [[line.label, *line.cells] for line in found.table()]
     return report.table(rows) + curves_text(found) + uneven_text(found)
 

@@ -3,6 +3,7 @@
 import argparse
 import math
 import re
+from collections.abc import Callable
 from datetime import datetime
 
 from ..basics.exceptions import UsageError
@@ -27,34 +28,23 @@ def nodata(text: str) -> float:
 
 def positive(text: str) -> float:
     """A number above 0."""
-    value = _numbers(text, "a positive number", 1)[0]
-    if value <= 0:
-        raise _expected("a positive number", text)
-    return value
+    return _numbers(text, "a positive number", 1, fits=lambda value: value > 0)[0]
 
 
 def not_negative(text: str) -> float:
     """A number from 0."""
-    value = _numbers(text, "a number from 0", 1)[0]
-    if value < 0:
-        raise _expected("a number from 0", text)
-    return value
+    return _numbers(text, "a number from 0", 1, fits=lambda value: value >= 0)[0]
 
 
 def share(text: str) -> float:
     """A number from 0 to 1."""
-    value = _numbers(text, "a number from 0 to 1", 1)[0]
-    if not 0 <= value <= 1:
-        raise _expected("a number from 0 to 1", text)
-    return value
+    return _numbers(text, "a number from 0 to 1", 1, fits=lambda value: 0 <= value <= 1)[0]
 
 
 def interval(text: str) -> float:
     """Metres above 0; "auto" and 0 give 0, an interval that suits the map."""
-    value = 0.0 if text == "auto" else _numbers(text, "metres above 0, or auto", 1)[0]
-    if value < 0:
-        raise _expected("metres above 0, or auto", text)
-    return value
+    number_of = "0" if text == "auto" else text
+    return _numbers(number_of, "metres above 0, or auto", 1, fits=lambda value: value >= 0)[0]
 
 
 def count(text: str) -> int:
@@ -84,10 +74,7 @@ def edges(text: str) -> Edges:
 
 def spacing(text: str) -> tuple[float, float]:
     """Metres M, or EAST,NORTH."""
-    what = "metres M or EAST,NORTH above 0"
-    values = _numbers(text, what, 1, 2)
-    if min(values) <= 0:
-        raise _expected(what, text)
+    values = _numbers(text, "metres M or EAST,NORTH above 0", 1, 2, fits=lambda *values: min(values) > 0)
     return values[0], values[-1]
 
 
@@ -99,27 +86,20 @@ def point(text: str) -> tuple[float, float, float]:
 
 def span(text: str) -> tuple[float, float]:
     """LO,HI, the lower number first."""
-    low, high = _numbers(text, "numbers LO,HI", 2)
-    if not low < high:
-        raise _expected("numbers LO,HI, the lower one first", text)
+    low, high = _numbers(text, "numbers LO,HI, the lower one first", 2, fits=lambda low, high: low < high)
     return low, high
 
 
 def lonlat(text: str) -> tuple[float, ...]:
     """LON,LAT in degrees, or with metres above the ground LON,LAT,M."""
     what = "degrees LON,LAT, or LON,LAT,M with metres above the ground"
-    values = _numbers(text, what, 2, 3)
-    if abs(values[0]) > 360 or abs(values[1]) > 90:
-        raise _expected(what, text)
-    return tuple(values)
+    return tuple(_numbers(text, what, 2, 3, fits=lambda lon, lat, *_: abs(lon) <= 360 and abs(lat) <= 90))
 
 
 def sun(text: str) -> tuple[float, float]:
     """AZIMUTH,ELEVATION in degrees."""
     what = "degrees AZIMUTH,ELEVATION, the elevation from -90 to 90"
-    azimuth, elevation = _numbers(text, what, 2)
-    if abs(elevation) > 90:
-        raise _expected(what, text)
+    azimuth, elevation = _numbers(text, what, 2, fits=lambda _, elevation: abs(elevation) <= 90)
     return azimuth, elevation
 
 
@@ -133,10 +113,7 @@ def time(text: str) -> datetime:
 
 def latitude(text: str) -> float:
     """Degrees north of the equator."""
-    value = _numbers(text, "degrees from -90 to 90", 1)[0]
-    if abs(value) > 90:
-        raise _expected("degrees from -90 to 90", text)
-    return value
+    return _numbers(text, "degrees from -90 to 90", 1, fits=lambda value: abs(value) <= 90)[0]
 
 
 def size(text: str) -> tuple[int, int]:
@@ -148,7 +125,8 @@ def size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _numbers(text: str, what: str, *counts: int) -> list[float]:
+def _numbers(text: str, what: str, *counts: int, fits: Callable[..., bool] = lambda *_: True) -> list[float]:
+    """Numbers with commas between them; `fits` says whether they are in range."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
@@ -157,6 +135,8 @@ def _numbers(text: str, what: str, *counts: int) -> list[float]:
         raise _expected(what, text)
     if max(map(abs, values)) > FARTHEST_M:
         raise _expected(f"{what}, at most {FARTHEST_M:g}", text)
+    if not fits(*values):
+        raise _expected(what, text)
     return values
 
 

@@ -10,11 +10,10 @@ Many parameters of a baseline give the same number of triangles. We report the s
 and the picture nearest to the truth.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from statistics import median
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ from ..basics.steps import Progress, drain
 from ..camera import Camera
 from ..camera.pieces import Piece
 from ..renderer import Renderer
-from ..renderer.methods import BASELINES
 from ..shade.picture import UNLIT
 from .likeness import difference_of, flip, rmse, skyline
 from .own_surface import shaded_from_mesh
@@ -80,64 +78,6 @@ class MethodResult:
     stats: dict[str, Any]
     image: np.ndarray
     error_px: np.ndarray
-
-
-@dataclass
-class Comparison:
-    """The content of a figure.
-
-    Attributes
-    ----------
-    truth
-        (height, width, 3) uint8 sRGB.
-    stats
-        Stats of the truth.
-    inset
-        Rows and columns of the part that is shown magnified.
-    """
-
-    truth: np.ndarray
-    stats: dict[str, Any]
-    entries: list[MethodResult]
-    inset: tuple[slice, slice]
-
-
-def compare(
-    renderer: Renderer,
-    camera: Camera,
-    details: dict[str, dict[str, Any]],
-    fine: int = FINE,
-    progress: Progress | None = None,
-    tried: Mapping[str, Sequence[dict[str, Any]]] = MappingProxyType({}),
-    from_mesh: bool = False,
-    **options: Any,
-) -> Comparison:
-    """Draw the truth and each method, and measure them.
-
-    Parameters
-    ----------
-    details
-        For each method, the options of its level of detail, such as {"triangles": 100_000}.
-    fine
-        Each pixel of the compared pictures is drawn as fine × fine pixels.
-    progress
-        Called with the progress, 0 to 1.
-    tried
-        For a baseline, all options with this number of triangles. Its picture is drawn with the best of them.
-    from_mesh
-        Shade each baseline from the surface that it draws (`own_surface`), not from the map.
-    options
-        Further fields of `RenderOptions`, the same for all methods.
-    """
-    parts = len(details) + 1
-    truth = truth_of(renderer, camera, fine, part(progress, 0, parts), **options)
-    entries = []
-    for i, (method, detail) in enumerate(details.items(), 1):
-        seen = {"from_mesh": from_mesh and method in BASELINES} | options
-        pictured = best_pictured(renderer, camera, truth, method, tried.get(method, [detail]), **seen)
-        step = part(progress, i, parts)
-        entries.append(entry_of(renderer, camera, truth, method, fine, step, pictured, **detail, **seen))
-    return Comparison(truth.image, truth.stats, entries, inset_of(truth, [entry.image for entry in entries]))
 
 
 def truth_of(
@@ -227,7 +167,7 @@ def _picture(
 
 
 def inset_of(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
-    """The part where the pictures differ most from the truth, with some of the skyline if land meets the sky."""
+    """Rows and columns of the part where the pictures differ most, with some of the skyline if land meets the sky."""
     height, width = (max(1, round(_INSET * side)) for side in truth.sky.shape)
     squares = sum((np.square(difference_of(truth.image, image)) for image in images), np.zeros(truth.sky.shape))
     off = box_sums(squares, height, width)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
-from .compare import LABELS, Comparison
+from .compare import LABELS, inset_of
 from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
@@ -55,9 +55,9 @@ def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str]) -
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(_STYLE), replacing(path) as beside:
-        layout = _Layout(found.comparison, bool(found.curves), len(caption))
+        layout = _Layout(found, len(caption))
         sheet = Figure(figsize=(_WIDTH_IN, layout.height_in), dpi=_DPI, facecolor="white")
-        _side_by_side(sheet, layout, found.comparison, caption)
+        _side_by_side(sheet, layout, found, caption)
         if found.curves:
             _curves(sheet, layout, found.curves, found.pruned)
             _table(sheet, layout, found)
@@ -73,14 +73,14 @@ class _Layout:
     gap = 0.12
     title = 0.82
 
-    def __init__(self, comparison: Comparison, with_curves: bool, lines: int) -> None:
-        self.columns = len(comparison.entries) + 1
-        rows, cols = comparison.truth.shape[:2]
+    def __init__(self, found: Study, lines: int) -> None:
+        self.columns = len(found.entries) + 1
+        rows, cols = found.truth.sky.shape
         self.width = (_WIDTH_IN - 2 * self.margin - (self.columns - 1) * self.gap) / self.columns
         self.height = self.width * rows / cols
         self.tops = [self.margin + self.title + i * (self.height + self.gap) for i in range(3)]
         self.below = self.tops[2] + max(self.height, 0.95 + 0.21 * lines) + self.margin
-        self.curves_in = 5.2 if with_curves else 0.0
+        self.curves_in = 5.2 if found.curves else 0.0
         self.height_in = self.below + self.curves_in
 
     def axes(self, sheet: Any, column: int, row: int) -> Any:
@@ -109,15 +109,16 @@ class _Layout:
         sheet.add_artist(Line2D(x, y, color="0.3", linewidth=0.8))
 
 
-def _side_by_side(sheet: Any, layout: _Layout, comparison: Comparison, caption: Sequence[str]) -> None:
-    entries = comparison.entries
-    scale_px = _heat_scale([entry.error_px for entry in entries])
-    _picture(layout.axes(sheet, 0, 0), comparison.truth, comparison.inset)
-    _zoom(layout.axes(sheet, 0, 1), comparison.truth, comparison.inset)
-    _title(sheet, layout, 0, "Ground truth", f"every post: {comparison.stats['triangles']:,} triangles")
-    for i, entry in enumerate(entries, 1):
-        _picture(layout.axes(sheet, i, 0), entry.image, comparison.inset)
-        _zoom(layout.axes(sheet, i, 1), entry.image, comparison.inset)
+def _side_by_side(sheet: Any, layout: _Layout, found: Study, caption: Sequence[str]) -> None:
+    truth = found.truth
+    scale_px = _heat_scale([entry.error_px for entry in found.entries])
+    inset = inset_of(truth, [entry.image for entry in found.entries])
+    _picture(layout.axes(sheet, 0, 0), truth.image, inset)
+    _zoom(layout.axes(sheet, 0, 1), truth.image, inset)
+    _title(sheet, layout, 0, "Ground truth", f"every post: {truth.stats['triangles']:,} triangles")
+    for i, entry in enumerate(found.entries, 1):
+        _picture(layout.axes(sheet, i, 0), entry.image, inset)
+        _zoom(layout.axes(sheet, i, 1), entry.image, inset)
         shown = _heat(layout.axes(sheet, i, 2), entry.error_px, scale_px)
         rms_px, max_px = (entry.stats[key] for key in ("rms_error_px", "max_error_px"))
         numbers = f"{entry.stats['triangles']:,} triangles\n{rms_px:.3f} px RMS, {max_px:.2f} px at most"
@@ -212,7 +213,7 @@ def _plain_at_2_and_5(value: float, place: int) -> str:
 
 def _table(sheet: Any, layout: _Layout, found: Study) -> None:
     """A table of the numbers beside the curves, one column for each method; the best of each row is bold."""
-    methods = [entry.method for entry in found.comparison.entries]
+    methods = [entry.method for entry in found.entries]
     left, top = layout.margin + 2 * (layout.width + layout.gap) + 0.35, layout.below + 0.3
     right = _WIDTH_IN - layout.margin
     columns = [right - (len(methods) - 1 - i) * 1.95 for i in range(len(methods))]

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 from ..basics.steps import Progress
 from ..camera import Camera
 from ..renderer import Renderer
-from .compare import COMPARED, FINE, Comparison, compare, measured, part
+from ..renderer.methods import BASELINES
+from .compare import COMPARED, FINE, MethodResult, Truth, best_pictured, entry_of, measured, part, truth_of
 from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, pruned_curve
 
 VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
@@ -59,7 +60,8 @@ class Study:
         None if no mesh does.
     """
 
-    comparison: Comparison
+    truth: Truth
+    entries: list[MethodResult]
     curves: dict[str, list[dict[str, Any]]] | None = None
     pruned: Any = None
     max_error_px: float | None = None
@@ -72,27 +74,26 @@ class Study:
         """The relative difference from the requested triangles, for methods in which it is larger than `EQUAL`."""
         if not self.triangles:
             return {}
-        off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.comparison.entries}
+        off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.entries}
         return {method: share for method, share in off.items() if abs(share) > EQUAL}
 
     def table(self) -> list[TableRow]:
         """The numbers as a table."""
-        entries = self.comparison.entries
         lines = []
         for label, key, style in _NUMBERS:
-            values = [entry.stats[key] for entry in entries]
+            values = [entry.stats[key] for entry in self.entries]
             lines.append(TableRow.of(label, values, style, compared=key != "triangles"))
         if self.needed:
-            needed = [self.needed[entry.method] for entry in entries]
+            needed = [self.needed[entry.method] for entry in self.entries]
             counts = [stats["triangles"] if stats else None for stats in needed]
-            of_all = " RMS" if entries[0].stats["metric"] == "rms" else ""
+            of_all = " RMS" if self.entries[0].stats["metric"] == "rms" else ""
             lines.append(TableRow.of(f"triangles to be within {self.max_error_px:g} px{of_all}", counts, ",d"))
         return lines
 
     def record(self) -> dict[str, Any]:
         """The numbers as JSON: docs/stats.md."""
-        found: dict[str, Any] = {"truth": self.comparison.stats}
-        found["methods"] = [entry.stats for entry in self.comparison.entries]
+        found: dict[str, Any] = {"truth": self.truth.stats}
+        found["methods"] = [entry.stats for entry in self.entries]
         if self.triangles:
             found["triangles"] = self.triangles
             found["baseline_vertices"] = VERTICES[not self.between]
@@ -130,8 +131,12 @@ def study(
         Whether the baselines may have vertices between posts.
     from_mesh
         Shade the baselines' pictures from their own meshes, not from the map.
-    fine, progress, options
-        As for `compare`.
+    fine
+        Each pixel of the compared pictures is drawn as fine × fine pixels.
+    progress
+        Called with the progress, 0 to 1.
+    options
+        Further fields of `RenderOptions`, the same for all methods.
     """
     certified = {"method": "sat", "max_error_px": max_error_px} | options
     own = measured(renderer, camera, **certified) if max_error_px else None
@@ -142,9 +147,17 @@ def study(
         details["sat"] = {"max_error_px": max_error_px}
         del tried["sat"]
     parts = 1 + with_curves + bool(own)
-    comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), tried, from_mesh, **options)
-    found = Study(comparison, max_error_px=max_error_px, triangles=triangles, between=between, from_mesh=from_mesh)
-    most = comparison.stats["triangles"]
+    shown = part(progress, 0, parts)
+    pictures = len(COMPARED) + 1
+    truth = truth_of(renderer, camera, fine, part(shown, 0, pictures), **options)
+    entries = []
+    for i, (method, detail) in enumerate(details.items(), 1):
+        seen = {"from_mesh": from_mesh and method in BASELINES} | options
+        pictured = best_pictured(renderer, camera, truth, method, tried.get(method, [detail]), **seen)
+        step = part(shown, i, pictures)
+        entries.append(entry_of(renderer, camera, truth, method, fine, step, pictured, **detail, **seen))
+    found = Study(truth, entries, max_error_px=max_error_px, triangles=triangles, between=between, from_mesh=from_mesh)
+    most = truth.stats["triangles"]
     if with_curves:
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
         found.pruned = pruned_curve(renderer, camera, budgets, options.get("near_m"))
