@@ -10,14 +10,12 @@ from ..camera.curvature import bend_per_m
 from ..files.views import depth_below_ground
 from ..heightmap import Heightmap
 from ..light.climate import AUTO
-from ..light.lighting import ramp_seen
 from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
-from ..light.ramps import Values, ramp_for
 from ..renderer.options import RenderOptions
 from ..shade.contours import interval_m
 from ..shade.picture import Look
-from . import report
+from . import furniture, report
 from .options import CommandScene, render_options
 
 # options of lit styles, and their defaults
@@ -30,18 +28,13 @@ def tell(args: argparse.Namespace, scene: CommandScene) -> None:
     RenderOptions(**{name: value for name, value in render_options(args).items() if value is not None})
     for text in _without_effect(args, scene):
         report.note(text)
-    if args.drape and Look(args.style).is_lit:
-        ramp = ramp_seen(Values(args.drape, args.ramp, args.ramp_range), scene.heightmap.georeference)
+    ramp, unit = furniture.ramp_of(args, scene.heightmap)
+    if ramp and args.drape:
         report.note(f"{report.shown(args.drape)}: ramp {ramp.name} from {ramp.low:.6g} to {ramp.high:.6g}")
-    elif args.look in RAMPS and Look(args.style).is_lit and not args.ramp_range:
-        report.note(_heights_seen(args.look, *scene.heightmap.range_m))
-
-
-def _heights_seen(look: str, low_m: float, high_m: float) -> str:
-    """The heights that a look shows, if it is a ramp."""
-    ramp = ramp_for(low_m, high_m, look)
-    advice = "; --look diverging is white at 0" if look == "viridis" and low_m < 0 < high_m else ""
-    return f"--look {look}: from {ramp.low:.6g} to {ramp.high:.6g} m{advice}"
+    elif ramp and not args.ramp_range:
+        low_m, high_m = scene.heightmap.range_m
+        advice = "; --look diverging is white at 0" if args.look == "viridis" and low_m < 0 < high_m else ""
+        report.note(f"--look {args.look}: from {ramp.low:.6g} to {ramp.high:.6g} {unit}{advice}")
 
 
 def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[str]:
@@ -85,18 +78,21 @@ def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera)
     """Unless the eye is under the ground: say that no land is in the picture, and how far the map is from the eye."""
     if depth_below_ground(heightmap.coarse(), camera) > 0:  # a note has said so already
         return
-    east, north = heightmap.extent_m
-    x, y, _ = camera.eye
-    away_m = math.hypot(max(-x, 0, x - east), max(-y, 0, y - north))
+    away_m = _away_m(heightmap, *camera.eye[:2])
     where = f"the eye is {metres(away_m)} from the map" if away_m else "the eye is over the map, and looks away from it"
     report.note(f"no land is in the picture: {where}{_advice(args, heightmap, camera)}")
+
+
+def _away_m(heightmap: Heightmap, x: float, y: float) -> float:
+    """Horizontal distance of a place from the map."""
+    east, north = heightmap.extent_m
+    return math.hypot(max(-x, 0, x - east), max(-y, 0, y - north))
 
 
 def _advice(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> str:
     """Advice on how to name a place on the map. If the eye is near it in its own coordinates, these are meant."""
     east, north = heightmap.extent_m
-    if heightmap.place and getattr(args, "coordinates", None) == "metres":
-        x, y = heightmap.place.from_map(*camera.eye[:2])
-        if math.hypot(max(-x, 0, x - east), max(-y, 0, y - north)) <= _NEAR * max(east, north):
-            return "; for --eye and --target in coordinates of the map, add --coordinates map"
+    place = heightmap.place if args.coordinates == "metres" else None
+    if place and _away_m(heightmap, *place.from_map(*camera.eye[:2])) <= _NEAR * max(east, north):
+        return "; for --eye and --target in coordinates of the map, add --coordinates map"
     return f"; --eye and --target count metres from its south-west post, and it reaches to {east:.6g},{north:.6g}"

@@ -26,10 +26,10 @@ def of(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> list[S
     if not args.furniture:
         return []
     title = Path(heightmap.name).stem if args.title is None else args.title
-    return furniture(args.size, camera, land_ahead_m(heightmap.coarse(), camera), title, *_ramp(args, heightmap))
+    return furniture(args.size, camera, land_ahead_m(heightmap.coarse(), camera), title, *ramp_of(args, heightmap))
 
 
-def _ramp(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Ramp | None, str]:
+def ramp_of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Ramp | None, str]:
     """The ramp that the picture shows, and the unit of its numbers."""
     if not Look(args.style).is_lit:
         return None, ""

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..basics.exceptions import TerrainError
 from ..basics.version import __version__
-from ..files.maps import bundled
+from ..files.maps import bundled, open_map
 from ..gpu import gl
 from ..gpu.context import Probe, create_context, probe_backends
 from ..heightmap import Heightmap
@@ -46,7 +46,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _about(args: argparse.Namespace) -> dict[str, Any]:
     if not is_store(args.map):
-        return describe(options.open_map(args)[0])
+        heightmap, _ = open_map(args.map, **options.map_options(args))
+        options.tell_notes(heightmap)
+        return describe(heightmap)
     stored = StoredMap(args.map)
     return describe(stored) | {"store": {key: value for key, value in stored.about.items() if key != "georeference"}}
 

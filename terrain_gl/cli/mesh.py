@@ -84,8 +84,8 @@ def run(args: argparse.Namespace) -> int:
 def _drawn(args: argparse.Namespace, scene: options.CommandScene, is_page: bool) -> tuple[Mesh, dict[str, Any]] | None:
     """The mesh and its numbers; None if a raster's store lacks room for its tiles, and the raster fits into memory."""
     with options.make_renderer(args, scene) as renderer, stores.loading(renderer):
-        if renderer.streaming and args.method == _METHOD:
-            raise UsageError(f"a store is drawn by the method sat, not by {_METHOD}")
+        if args.method:
+            renderer.check_method(args.method)
         texture = file_bytes(_texture(renderer, args, scene), ".jpg" if is_page else ".png") if args.texture else None
         triangles, heights, stats = _of_view(renderer, args, scene) if _has_view(args) else _of_map(renderer, args)
         if not stats.get("complete", True) and stores.may_be_held(scene.heightmap):

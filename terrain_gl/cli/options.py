@@ -76,13 +76,6 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--trust", action="store_true", dest="trusted", help=what)
 
 
-def add_view(command: Any, moving: bool = False) -> None:
-    """Add the options for camera (unless it is `moving`), level of detail and look."""
-    add_camera(command, moving)
-    add_detail(command)
-    add_look(command)
-
-
 def add_camera(command: Any, moving: bool = False) -> None:
     """Add the options for the camera and the size of the picture."""
     group = command.add_argument_group("camera")
@@ -156,8 +149,10 @@ def _add_sun(group: Any) -> None:
 
 
 def add_rendering(command: Any, moving: bool = False) -> None:
-    """Add all options that commands without a window share. With `moving`, options of the camera are left out."""
-    add_view(command, moving)
+    """Add all options that commands which draw share. With `moving`, the camera comes from a path."""
+    add_camera(command, moving)
+    add_detail(command)
+    add_look(command)
     add_technical(command)
 
 
@@ -305,13 +300,6 @@ def _in_metres(heightmap: Heightmap, point: Vector) -> Vector:
     return x, y, point[2]
 
 
-def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:
-    """The map; and its `BundledMap`, if it is a bundled map whose scales no option changes."""
-    heightmap, known = maps.open_map(args.map if name is None else name, **map_options(args))
-    tell_notes(heightmap)
-    return heightmap, known
-
-
 def tell_notes(heightmap: Heightmap | WindowedRaster) -> None:
     """Print notes on how a file was interpreted to standard error."""
     for note in heightmap.notes:
@@ -320,8 +308,10 @@ def tell_notes(heightmap: Heightmap | WindowedRaster) -> None:
 
 def map_options(args: argparse.Namespace) -> dict[str, Any]:
     """Arguments of `Heightmap.open`, by name; None for options that were not given."""
-    scales = {"spacing_m": args.spacing, "z_scale": args.z_scale, "z_offset_m": args.z_offset}
-    return scales | {
+    return {
+        "spacing_m": args.spacing,
+        "z_scale": args.z_scale,
+        "z_offset_m": args.z_offset,
         "nodata": args.nodata,
         "encoding": args.encoding,
         "trusted": args.trusted,

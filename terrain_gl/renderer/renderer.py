@@ -269,6 +269,11 @@ class Renderer:
         self.inspector.frame = self._complete(frame)
         return frame.stats
 
+    def check_method(self, method: str) -> None:
+        """Raise `UsageError` if the map is a store, and the method does not draw stores."""
+        if self.streaming and method != "sat":
+            raise UsageError(f"a store is drawn by the method sat, not by {method}")
+
     @in_session
     def select(self, camera: Camera, size: Size, options: RenderOptions) -> DrawnFrame:
         """Choose the mesh of a picture of `size`, and set the view; the last frame is lost."""
@@ -280,8 +285,7 @@ class Renderer:
         chosen_for = options.seen(self.heightmap, options.chosen_for) if options.chosen_for else camera
         goal = options.goal
         with self.timer.stage("lod"):
-            if self.streaming and options.method != "sat":
-                raise UsageError(f"a store is drawn by the method sat, not by {options.method}")
+            self.check_method(options.method)
             selector = self.selectors[options.method]
 
             def choose(camera: Camera) -> Selection:
