@@ -49,19 +49,11 @@ _of_thread = threading.local()
 
 
 class Drawn(NamedTuple):
-    """A frame.
-
-    Attributes
-    ----------
-    numbers
-        Numbers of this frame.
-    about
-        Numbers that all frames share.
-    """
+    """A frame."""
 
     image: np.ndarray
-    numbers: dict[str, Any]
-    about: dict[str, Any]
+    numbers: dict[str, Any]  # of this frame
+    about: dict[str, Any]  # numbers that all frames share
 
 
 class FlightJob(NamedTuple):

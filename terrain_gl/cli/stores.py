@@ -27,10 +27,7 @@ from . import report, values
 def add_options(command: Any, pays_times: int = 1) -> None:
     """Add the options of commands whose map may be a store.
 
-    Parameters
-    ----------
-    pays_times
-        The command draws a raster from a store if it has at least this many times `cache.PAYS_POSTS` posts.
+    The command draws a raster from a store if it has at least `pays_times` times `cache.PAYS_POSTS` posts.
     """
     command.set_defaults(pays_times=pays_times)
     group = command.add_argument_group("store")
@@ -45,21 +42,12 @@ def add_options(command: Any, pays_times: int = 1) -> None:
 
 
 def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> PagedMap:
-    """The store with a name, for a command that can draw stores; `of_map` has the options for a map's values.
-
-    Raises
-    ------
-    TerrainError
-        The command cannot draw stores, or the store is not finished.
-    UsageError
-        Options for a map's values were given, which a store does not take.
-    """
+    """The store with a name, for a command that can draw stores; `of_map` has the options for a map's values."""
     if not hasattr(args, "gpu_memory"):
         raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, mesh, fly, view and info read stores")
     if any(value not in (None, False, "plain") for value in of_map.values()):
         raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
-    stored = StoredMap(name)
-    stored.limit(args.gpu_memory << 20, args.memory << 20)
+    stored = _limited(StoredMap(name), args)
     if args.edits is None:
         return stored
     edited = EditedMap(stored)
@@ -74,12 +62,7 @@ def of_raster(
 ) -> StoredMap | None:
     """The store of a large raster, made at first use; None if the raster is to be held in memory.
 
-    Parameters
-    ----------
-    of_map
-        Options for the map's values, as of `Heightmap.open`.
-    show
-        Called with the progress of a build; None for a bar on standard error.
+    `show` is called with the progress of a build; without it, a bar shows it.
     """
     if not _pays(args, name):
         return None
@@ -102,8 +85,12 @@ def of_raster(
             raise
         report.note(f"{error}; {report.shown(name)} is held in memory instead")
         return None
-    stored.limit(args.gpu_memory << 20, args.memory << 20)
     stored.opened = {"path": name} | of_map
+    return _limited(stored, args)
+
+
+def _limited(stored: StoredMap, args: argparse.Namespace) -> StoredMap:
+    stored.limit(args.gpu_memory << 20, args.memory << 20)
     return stored
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..camera import Camera
 from ..gpu import gl
-from ..lod import Goal, QuadtreeSelector, Selection
+from ..lod import Goal, Selection
 from ..lod.patches import OfPatches
 from ..renderer.methods import Selectors, quadtree
 
@@ -30,15 +30,7 @@ FINER = 2  # segments for each segment of a full-resolution patch
 
 
 class Bilinear:
-    """The true surface; a `surface.Surface` that draws the patches of the full resolution with twice the segments.
-
-    Its error is 0 at posts. Between posts, its largest error is a quarter of that of the full resolution.
-
-    Parameters
-    ----------
-    selector
-        Chooses the patches.
-    """
+    """The true surface; a `surface.Surface` that draws the patches of the full resolution with twice the segments."""
 
     stages = OfPatches.stages
     defines: Mapping[str, object] = MappingProxyType({"FINER": FINER})  # in the picture alone: glsl/mesh/patch.tesc
@@ -46,11 +38,11 @@ class Bilinear:
     mode = moderngl.PATCHES
     indices = None
 
-    def __init__(self, selector: QuadtreeSelector) -> None:
-        self.ctx = selector.ctx
-        self.selector = selector
-        self.terrain = selector.terrain
-        self.view = selector.view
+    def __init__(self, selectors: Selectors) -> None:
+        self.selector = selectors.shared(quadtree)
+        self.ctx = self.selector.ctx
+        self.terrain = self.selector.terrain
+        self.view = self.selector.view
         self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
 
     @property
@@ -74,8 +66,8 @@ class Bilinear:
         """
         full = self.selector.select(camera, size, near_m, Goal(cull=goal.cull))
         commands = np.array(list(_commands(full.counts)) or [(0,) * 5], "u4")
-        self.draws.release()
-        self.draws = self.ctx.buffer(commands.tobytes())
+        self.draws = gl.at_least(self.ctx, self.draws, commands.nbytes)
+        self.draws.write(commands.tobytes())
         draws = len(commands) if full.draws else 0
         most = FINER**2 * full.most_triangles
         return replace(full, surface=self, most_triangles=most, certified_px=None, draws=draws)
@@ -86,11 +78,6 @@ class Bilinear:
     def release(self) -> None:
         """Release GPU resources."""
         self.draws.release()
-
-
-def truth(selectors: Selectors) -> Bilinear:
-    """The truth, from the patches of the shared quadtree."""
-    return Bilinear(selectors.shared(quadtree))
 
 
 def _commands(counts: tuple[int, ...]) -> Iterator[tuple[int, int, int, int, int]]:

@@ -78,22 +78,12 @@ class Rings:
 
 
 class ClipmapRing(NamedTuple):
-    """One level's part of the mesh: rectangles (west, north, east, south) of vertices on the level's lattice.
-
-    Attributes
-    ----------
-    outline
-        The whole ring, hole included.
-    hole
-        The part that the finer ring covers; without area if there is no finer ring.
-    border
-        The outline's sides next to a coarser ring; -1 for sides on the map's rim.
-    """
+    """One level's part of the mesh: rectangles (west, north, east, south) of vertices on the level's lattice."""
 
     level: int
-    outline: np.ndarray
-    hole: np.ndarray
-    border: np.ndarray
+    outline: np.ndarray  # the whole ring, hole included
+    hole: np.ndarray  # the part that the finer ring covers; without area if there is no finer ring
+    border: np.ndarray  # the outline's sides next to a coarser ring; -1 for sides on the map's rim
 
 
 def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[ClipmapRing]:
@@ -229,12 +219,10 @@ class Clipmap(Baseline):
     def candidates(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
     ) -> list[Rings]:
-        """Rings with about `triangles` triangles in the picture: few wide rings, or more and narrower rings.
+        """Few wide rings, or more and narrower rings, judged by each level's mean error over the map.
 
-        With `between`, also levels below 0, which have vertices between posts.
-
-        The best come first, judged by each level's mean error over the map. Candidates that miss the number by more
-        than 2 per cent are left out if there are better ones.
+        Levels below 0 have vertices between posts. Candidates that miss the number by more than 2 per cent are left out
+        if there are better ones.
         """
         found = []
         for finest in range(FINEST_TRIED if between else 0, len(self.terrain.levels)):

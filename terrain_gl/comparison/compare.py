@@ -42,42 +42,25 @@ _FRAMES = 3  # timed frames
 
 @dataclass
 class Truth:
-    """The true picture of a view.
+    """The true picture of a view."""
 
-    Attributes
-    ----------
-    image
-        (height, width, 3) uint8 sRGB.
-    sky
-        (height, width) share of sky in each pixel.
-    stats
-        The stats of the frame with every post.
-    """
-
-    image: np.ndarray
-    sky: np.ndarray
-    stats: dict[str, Any]
+    image: np.ndarray  # (height, width, 3) uint8 sRGB
+    sky: np.ndarray  # (height, width) share of sky in each pixel
+    stats: dict[str, Any]  # of the frame with every post
 
 
 @dataclass
 class MethodResult:
     """One method's results.
 
-    Attributes
-    ----------
-    stats
-        Stats of its frame, its achieved error, `image_rmse`, `flip`, `skyline_px`, `max_skyline_px`; of a baseline also
-        `parameters` and `picture_parameters`: docs/stats.md.
-    image
-        (height, width, 3) uint8 sRGB.
-    error_px
-        (height, width) screen error of the surface in each pixel; NaN for the sky.
+    `stats` has the numbers of its frame, its achieved error, `image_rmse`, `flip`, `skyline_px`, `max_skyline_px`; of a
+    baseline also `parameters` and `picture_parameters`: docs/stats.md.
     """
 
     method: str
     stats: dict[str, Any]
-    image: np.ndarray
-    error_px: np.ndarray
+    image: np.ndarray  # (height, width, 3) uint8 sRGB
+    error_px: np.ndarray  # (height, width) screen error of the surface in each pixel; NaN for the sky
 
 
 def truth_of(

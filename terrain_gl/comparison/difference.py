@@ -31,29 +31,13 @@ OTHER_DRIVER = Tolerance(1.0, 0.001)
 
 
 class Difference(NamedTuple):
-    """The difference of two pictures.
+    """The difference of two pictures."""
 
-    Attributes
-    ----------
-    rmse
-        Root mean square difference over all channels, of a full scale of 1.
-    flip
-        Mean FLIP error, 0 to 1 (`likeness.flip`); None if this OpenImageIO has no FLIP.
-    largest
-        The largest difference of a pixel in steps.
-    share
-        Share of the pixels that differ by more than the tolerance.
-    worst
-        Column and row of the pixel with the largest difference, from the top left.
-    tolerance
-        The allowed difference.
-    """
-
-    rmse: float
-    flip: float | None
-    largest: float
-    share: float
-    worst: tuple[int, int]
+    rmse: float  # root mean square difference over all channels, of a full scale of 1
+    flip: float | None  # mean FLIP error, 0 to 1 (`likeness.flip`); None if this OpenImageIO has no FLIP
+    largest: float  # the largest difference of a pixel in steps
+    share: float  # share of the pixels that differ by more than the tolerance
+    worst: tuple[int, int]  # column and row of the pixel with the largest difference, from the top left
     tolerance: Tolerance
 
     @property
@@ -63,20 +47,14 @@ class Difference(NamedTuple):
 
     def record(self) -> dict[str, Any]:
         """The numbers for JSON."""
-        told: dict[str, Any] = {"rmse": self.rmse, "flip": self.flip, "largest": self.largest, "share": self.share}
-        told |= {"worst": list(self.worst), "tolerance": self.tolerance.steps, "allowed_share": self.tolerance.share}
-        return told | {"within": self.is_within}
+        tolerance = {"tolerance": self.tolerance.steps, "allowed_share": self.tolerance.share}
+        return self._asdict() | {"worst": list(self.worst)} | tolerance | {"within": self.is_within}
 
 
 def differ(expected: np.ndarray, seen: np.ndarray, tolerance: Tolerance = EXACT, with_flip: bool = True) -> Difference:
-    """Compare two pictures.
+    """Compare two pictures, (height, width, channels), for which `check_alike` raises no error.
 
-    Parameters
-    ----------
-    expected, seen
-        (height, width, channels), of one shape and one type; otherwise `check_alike` raises an error.
-    with_flip
-        Also compute FLIP, which takes longer than all other numbers.
+    FLIP takes longer than all other numbers; without `with_flip` it is None.
     """
     full = _full_scale(expected)
     wide = np.int64 if np.issubdtype(expected.dtype, np.integer) else np.float64
@@ -92,13 +70,7 @@ def differ(expected: np.ndarray, seen: np.ndarray, tolerance: Tolerance = EXACT,
 
 
 def differ_files(expected: Name, seen: Name, tolerance: Tolerance, output: str | None) -> Difference:
-    """Compare two files, and write the picture of their difference to `output`, a PNG, if that is not None.
-
-    Raises
-    ------
-    TerrainError
-        A file is not a picture, or the two cannot be compared: `check_alike`.
-    """
+    """Compare two files, and write the picture of their difference to `output`, a PNG, if that is not None."""
     pictures = read_image(expected), read_image(seen)
     check_alike(pictures, (expected, seen))
     found = differ(*pictures, tolerance)
@@ -108,13 +80,7 @@ def differ_files(expected: Name, seen: Name, tolerance: Tolerance, output: str |
 
 
 def check_alike(pictures: tuple[np.ndarray, np.ndarray], names: tuple[Name, Name]) -> None:
-    """Refuse two pictures that cannot be compared, with one line.
-
-    Raises
-    ------
-    TerrainError
-        The pictures have different sizes, channels or types, or numbers that are not finite.
-    """
+    """Raise `TerrainError` if two pictures differ in size, channels or type, or have numbers that are not finite."""
     one, other = pictures
     first, second = (os.fspath(name) for name in names)
     for what, a, b in (

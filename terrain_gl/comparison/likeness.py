@@ -49,13 +49,7 @@ def flip_of_light(truth: np.ndarray, test: np.ndarray) -> float | None:
 
 
 def skyline(truth: np.ndarray, test: np.ndarray) -> Skyline:
-    """Distance of two skylines.
-
-    Parameters
-    ----------
-    truth, test
-        (height, width) share of sky in each pixel, 0 to 1.
-    """
+    """Distance of two skylines, from the share of sky in each pixel, (height, width) from 0 to 1."""
     _check(truth, test)
     off = np.abs(truth.sum(0, dtype=np.float64) - test.sum(0, dtype=np.float64))
     return Skyline(float(off.mean()), float(off.max()))

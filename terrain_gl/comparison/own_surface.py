@@ -23,13 +23,7 @@ from ..verify.measure import TILE, Measurement, places_of
 
 @contextmanager
 def shaded_from_mesh(renderer: Renderer, camera: Camera, **options: Any) -> Iterator[None]:
-    """Inside this context, the renderer shades from the surface that these options draw. The last frame is lost.
-
-    Parameters
-    ----------
-    options
-        Fields of `RenderOptions`: the method and its level of detail.
-    """
+    """Inside this context, the renderer shades from the surface that these options draw. The last frame is lost."""
     picture = renderer.picture
     terrain = renderer.terrain.with_heights(drawn_heights(renderer, camera, **options))
     sums = HeightSums(terrain)

@@ -144,7 +144,7 @@ class Tessellated(Baseline):
     def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose and cut the patches in the picture."""
         edges: Edges = goal.parameters or Edges()
-        places = self._look(camera, size, near_m, edges, goal.cull, goal.tolerance_px)
+        places = self._look(camera, size, near_m, edges, goal)
         triangles = self._cut(len(places), edges)
         most = _patches_in_draw(edges)
         commands = [(min(most, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), most)]
@@ -155,17 +155,14 @@ class Tessellated(Baseline):
     def candidates(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
     ) -> list[Edges]:
-        """Edges with about `triangles` triangles in the picture: many small patches, or fewer large ones.
-
-        The best come first: more patches fit the land better. With `between`, also edges with vertices between posts.
-        """
+        """Many small patches first, which fit the land better; then fewer large ones."""
         tried = [Edges(patch=n, ring=ring) for n, ring in _CANDIDATES]
         tried += [Edges(patch=n, ring=ring, parts=MOST // n) for n, ring in _BETWEEN] if between else []
         return [self._fit(camera, size, near_m, triangles, each) for each in tried]
 
     def _fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges) -> Edges:
         """The length of edges that gives about `triangles` triangles in the picture."""
-        patches = len(self._look(camera, size, near_m, edges))
+        patches = len(self._look(camera, size, near_m, edges, Goal()))
         short = 1e-3
         long = 1e6
         tried = []
@@ -183,22 +180,14 @@ class Tessellated(Baseline):
         for resource in (self._levels, self._measures, self._places, self._cuts, self._count, self.draws):
             resource.release()
 
-    def _look(
-        self,
-        camera: Camera,
-        size: tuple[int, int],
-        near_m: float,
-        edges: Edges,
-        cull: bool = True,
-        tolerance_px: float = 0.0,
-    ) -> np.ndarray:
+    def _look(self, camera: Camera, size: tuple[int, int], near_m: float, edges: Edges, goal: Goal) -> np.ndarray:
         """Find the patches in the picture, and upload them and the view."""
-        self.view.write(self.terrain, camera, size, near_m, tolerance_px=tolerance_px, cull=cull)
+        self.view.write(self.terrain, camera, size, near_m, tolerance_px=goal.tolerance_px, cull=goal.cull)
         cells = np.array([edges.ring, edges.ring])
         finest = edges.patch.bit_length() - 1
         rings = rings_of(self.terrain.heightmap, camera.eye, cells, finest)
         places = np.concatenate([places_of(ring) for ring in rings])
-        if cull:
+        if goal.cull:
             places = places[boxes_in_picture(camera, size, near_m, *self._boxes(places))]
         self._places = gl.at_least(self.ctx, self._places, places.nbytes)
         self._cuts = gl.at_least(self.ctx, self._cuts, 16 * len(places))

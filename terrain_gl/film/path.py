@@ -31,21 +31,11 @@ _FILE = ("keyframes", "closed", "seconds")
 
 @dataclass(frozen=True)
 class Keyframe:
-    """A view that a path passes through.
-
-    Attributes
-    ----------
-    camera
-        The camera.
-    seconds
-        The time from the start; None for constant speed.
-    sun
-        Azimuth and elevation in degrees; None to leave the sun unchanged.
-    """
+    """A view that a path passes through."""
 
     camera: Camera
-    seconds: float | None = None
-    sun: tuple[float, float] | None = None
+    seconds: float | None = None  # the time from the start; None for constant speed
+    sun: tuple[float, float] | None = None  # azimuth and elevation in degrees; None to leave the sun unchanged
 
 
 class FlightFrame(NamedTuple):

@@ -46,7 +46,7 @@ REGISTRY = {
     "tessellated": Method(BASELINE, "comparison.tessellated:Tessellated", "clipmaps with hardware tessellation"),
     "quadtree": Method(CERTIFIED, "renderer.methods:quadtree", "a restricted quadtree: in most views fewer triangles"),
     "full": Method(EXACT, "renderer.methods:quadtree", "every post"),
-    "truth": Method(EXACT, "comparison.bilinear:truth", "every post, bilinear in between"),
+    "truth": Method(EXACT, "comparison.bilinear:Bilinear", "every post, bilinear in between"),
 }
 METHODS = tuple(REGISTRY)
 BASELINES = tuple(name for name, method in REGISTRY.items() if method.kind == BASELINE)
