@@ -23,17 +23,8 @@ ENOUGH_S = 4.0  # a measurement that took this long is not repeated again
 def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
     """Time everything in one run; each number is the median of up to `frames` repeats (`python`: three times as many).
 
-    Parameters
-    ----------
-    dense
-        Also draw every post, which takes long on large maps.
-    view
-        Arguments of `Renderer.render`.
-
-    Returns
-    -------
-    dict
-        The stats of a frame with further times in `ms`, and `dense` and `ratio`: docs/stats.md.
+    The result has the stats of a frame with further times in `ms`, `ratio`, and unless `dense` is False those of a mesh
+    with every post, which takes long on large maps: docs/stats.md. `view` has arguments of `Renderer.render`.
     """
     stages = _stages(renderer, frames)
     stats, frame_ms = _frames(renderer, frames, view)
@@ -48,12 +39,7 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
 def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
     """Time brush dabs at random places, and some in the middle of the map, where they change nodes of every level.
 
-    The dabs stay within the map's range of heights, and are undone at the end.
-
-    Returns
-    -------
-    dict
-        `radius_posts`, `count`, `ms` (median, most, middle, rebuild) and `ratio` to the rebuild: docs/stats.md.
+    The dabs stay within the map's range of heights, and are undone at the end. docs/stats.md describes the result.
     """
     heightmap = renderer.heightmap
     finish = renderer.ctx.finish
@@ -84,12 +70,7 @@ def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: 
     """Time the frames of `tour`, one by one, with a brush dab below the eye in every `dab_every`-th frame.
 
     A frame's time runs from the camera to the finished picture on the GPU. A first round warms up and does not count.
-    The dabs are undone.
-
-    Returns
-    -------
-    dict
-        `frames`, `dabs`, `ms` (median, p99_9, most) and `p99_9_to_median`: docs/stats.md.
+    The dabs are undone. docs/stats.md describes the result.
     """
     heightmap = renderer.heightmap
     sculptor = Sculptor(renderer)

@@ -105,18 +105,9 @@ def fewest(
     between: bool = True,
     **options: Any,
 ) -> dict[str, Any] | None:
-    """Stats of the frame with the fewest triangles that *achieves* an error; None if no frame does.
+    """Stats of the frame with the fewest triangles that *achieves* an error, to within 2 %; None if no frame does.
 
-    The number is found to within 2 %.
-
-    Parameters
-    ----------
-    start
-        The first number of triangles to try. It is doubled until it is enough.
-    most
-        The largest number to try, such as that of a mesh with every post.
-    between
-        Whether baselines may have vertices between posts.
+    The first number that is tried is `start`. It is doubled until it is enough, or is `most`.
     """
     error = f"{options.get('metric') or 'max'}_error_px"
 

@@ -96,12 +96,7 @@ class GoldenPictures:
         Returns
         -------
         Frame
-            `image` and `stats`, for further assertions.
-
-        Raises
-        ------
-        AssertionError
-            The picture differs, or there is no golden picture.
+            `image` and `stats`, for further assertions. An AssertionError says that the picture differs, or is missing.
         """
         __tracebackhide__ = True  # pytest shows the line of the test
         heightmap, usual = self._opened(terrain, spacing_m)

@@ -83,14 +83,7 @@ def pruned_quads(
     no other quadtree of quads with as few triangles has a smaller error. The restricted tree is that tree, balanced
     afterwards as in `quads_within`. It may not be the best restricted tree.
 
-    Parameters
-    ----------
-    heights, void
-        (rows, cols) metres with voids filled, and whether each post is a void.
-    triangles
-        Budgets.
-    weights
-        (rows, cols) weight of each post in the mean and in the minimised sum; 1 by default.
+    `weights` (rows, cols) are those of the posts in the mean and in the minimised sum, 1 by default.
     """
     view = view_of(camera, size, near_m)
     scale = _seen_posts(heights, spacing_m, view, void)

@@ -23,13 +23,7 @@ _TAPS = 2  # samples that a filter reads on each side
 
 
 class Pyramid:
-    """Levels 1 and above in one texture, read by glsl/comparison/clipmap/pyramid.glsl.
-
-    Parameters
-    ----------
-    terrain
-        The map; voids are filled.
-    """
+    """Levels 1 and above in one texture, read by glsl/comparison/clipmap/pyramid.glsl; voids are filled."""
 
     def __init__(self, terrain: Terrain) -> None:
         self.ctx = terrain.ctx
@@ -44,17 +38,12 @@ class Pyramid:
         self._block.write(np.array([(*first, 0, 0) for first in self._first], "i4").tobytes())
         self._ranges: list[np.ndarray] = []
         self._errors_m = np.zeros(0)
-        self.build()
+        self.update((0, 0, self.sizes[0][0] - 1, self.sizes[0][1] - 1))
 
     @property
     def bytes(self) -> int:
         """GPU memory of all levels except the map."""
         return 4 * self._texture.width * self._texture.height
-
-    def build(self) -> None:
-        """Compute all levels."""
-        columns, rows = self.sizes[0]
-        self.update((0, 0, columns - 1, rows - 1))
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
@@ -87,13 +76,8 @@ class Pyramid:
     def ranges(self, at: np.ndarray, level: np.ndarray) -> np.ndarray:
         """Lowest and highest height over cells, of their level and all finer levels: (n, 2) metres above the base.
 
-        Parameters
-        ----------
-        at
-            (n, 2) columns and rows of the cells on the lattice of their level.
-        level
-            (n,) levels. For levels below `FIRST_RANGES`, the result is the range of the larger cell of level
-            `FIRST_RANGES` that contains the given cell.
+        `at` (n, 2) are columns and rows of the cells on the lattice of their level. A cell of a level below
+        `FIRST_RANGES` has the range of the larger cell that contains it.
         """
         if not self._ranges:
             self._ranges = _ranges(self.read())

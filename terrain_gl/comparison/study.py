@@ -43,37 +43,20 @@ class TableRow(NamedTuple):
 
 @dataclass
 class Study:
-    """The results of a comparison of one view.
-
-    Attributes
-    ----------
-    triangles
-        The number of triangles for each method, if one was requested.
-    between
-        Whether the baselines could have vertices between posts, as our own methods have them.
-    from_mesh
-        Whether the baselines' pictures are shaded from their own meshes.
-    curves, pruned
-        The results of `curve` and `pruned_curve`, if they were requested.
-    max_error_px, needed
-        The requested error, if any. For each method, the stats of the mesh with the fewest triangles that achieves it;
-        None if no mesh does.
-    """
+    """The results of a comparison of one view."""
 
     truth: Truth
     entries: list[MethodResult]
-    curves: dict[str, list[dict[str, Any]]] | None = None
-    pruned: Any = None
-    max_error_px: float | None = None
-    needed: dict[str, dict[str, Any] | None] | None = None
-    triangles: int | None = None
-    between: bool = True
-    from_mesh: bool = False
+    triangles: int  # the number for each method
+    max_error_px: float | None = None  # the requested error, if any
+    between: bool = True  # whether the baselines could have vertices between posts, as our own methods have them
+    from_mesh: bool = False  # whether the baselines' pictures are shaded from their own meshes
+    curves: dict[str, list[dict[str, Any]]] | None = None  # from `curves.curve`, if requested
+    pruned: Any = None  # from `curves.pruned_curve`, if requested
+    needed: dict[str, dict[str, Any] | None] | None = None  # stats of the fewest triangles that achieve the error
 
     def uneven(self) -> dict[str, float]:
         """The relative difference from the requested triangles, for methods in which it is larger than `EQUAL`."""
-        if not self.triangles:
-            return {}
         off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.entries}
         return {method: share for method, share in off.items() if abs(share) > EQUAL}
 
@@ -92,12 +75,13 @@ class Study:
 
     def record(self) -> dict[str, Any]:
         """The numbers as JSON: docs/stats.md."""
-        found: dict[str, Any] = {"truth": self.truth.stats}
-        found["methods"] = [entry.stats for entry in self.entries]
-        if self.triangles:
-            found["triangles"] = self.triangles
-            found["baseline_vertices"] = VERTICES[not self.between]
-            found["baseline_shading"] = SHADING[self.from_mesh]
+        found: dict[str, Any] = {
+            "truth": self.truth.stats,
+            "methods": [entry.stats for entry in self.entries],
+            "triangles": self.triangles,
+            "baseline_vertices": VERTICES[not self.between],
+            "baseline_shading": SHADING[self.from_mesh],
+        }
         if self.curves:
             found["curves"] = self.curves
             points = zip(self.pruned.triangles, self.pruned.rms_px, strict=True)
@@ -156,7 +140,7 @@ def study(
         pictured = best_pictured(renderer, camera, truth, method, tried.get(method, [detail]), **seen)
         step = part(shown, i, pictures)
         entries.append(entry_of(renderer, camera, truth, method, fine, step, pictured, **detail, **seen))
-    found = Study(truth, entries, max_error_px=max_error_px, triangles=triangles, between=between, from_mesh=from_mesh)
+    found = Study(truth, entries, triangles, max_error_px, between, from_mesh)
     most = truth.stats["triangles"]
     if with_curves:
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
