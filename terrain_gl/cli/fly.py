@@ -21,6 +21,7 @@ from . import effects, frames, furniture, options, overlays, report, stores, val
 
 SECONDS = 12.0
 MAX_FRAMES = 1_000_000
+SUMMARISED = ("triangles", "patches", "certified_max_error_px", "certified_jump_px", "max_error_px", "rms_error_px")
 
 
 def add(commands: Any) -> None:
@@ -143,10 +144,7 @@ def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
 def _summary(frames: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Summary of all frames: median and maximum; for times, median and 99.9th percentile."""
     summary: dict[str, Any] = {"frames": len(frames)}
-    for key in (
-        *("triangles", "patches", "certified_max_error_px", "certified_jump_px"),
-        *("max_error_px", "rms_error_px"),
-    ):
+    for key in SUMMARISED:
         values = [frame[key] for frame in frames if frame.get(key) is not None]
         if values:
             summary[key] = {"median": float(np.median(values)), "max": max(values)}

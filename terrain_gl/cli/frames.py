@@ -31,16 +31,8 @@ OF_FLIGHT = (
     *("gl_renderer", "backend", "gpu_bytes"),
 )
 OF_FRAME = (
-    "triangles",
-    "patches",
-    "patches_hidden",
-    "splits",
-    "certified_max_error_px",
-    "complete",
-    "tiles_missing",
-    "tiles_wide",
-    "overlay_samples",
-    "ms",
+    *("triangles", "patches", "patches_hidden", "splits", "certified_max_error_px", "complete"),
+    *("tiles_missing", "tiles_wide", "overlay_samples", "ms"),
 )
 MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
 _READ = ("map", "path", "sky", "material", "drape", "edits")  # options that name files to read

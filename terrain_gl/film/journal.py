@@ -27,11 +27,6 @@ class FlightJournal:
     identity
         A value that JSON can hold; it is equal for flights with equal pictures.
 
-    Attributes
-    ----------
-    done
-        The entry of each complete picture, from the first picture on.
-
     Raises
     ------
     TerrainError
@@ -43,7 +38,7 @@ class FlightJournal:
         folder = Path(output) if is_folder(output) else parts.folder_of(output)
         self._path = folder / JOURNAL
         self._identity = json.dumps(identity, default=str, sort_keys=True)
-        self.done: list[Any] = []
+        self.done: list[Any] = []  # the entry of each complete picture, from the first picture on
         if not (self._path.is_file() and self._picture(0).is_file()):
             return
         begun, *lines = self._path.read_text("utf-8", errors="replace").split("\n")

@@ -55,8 +55,7 @@ class CameraPath:
     closed
         Whether the flight returns from the last keyframe to the first.
     seconds
-        The duration. A closed path with timed keyframes needs it. On an open path with timed keyframes it is not used:
-        the last keyframe gives the duration.
+        The duration. A closed path with timed keyframes needs it. The last timed keyframe of an open path overrides it.
 
     Attributes
     ----------
@@ -64,8 +63,6 @@ class CameraPath:
         (n, 3) world metres: the path of the eye in straight pieces.
     length_m
         The length of that path.
-    seconds
-        The duration; None if it is not given.
 
     Raises
     ------
@@ -94,12 +91,7 @@ class CameraPath:
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], fov_deg: float = Camera.fov_deg) -> CameraPath:
-        """Read a path from a JSON file; docs/flight.md describes its format.
-
-        Parameters
-        ----------
-        fov_deg
-            The field of view of keyframes without one.
+        """Read a path from a JSON file (docs/flight.md); `fov_deg` is the field of view of keyframes without one.
 
         Raises
         ------
@@ -154,10 +146,8 @@ class CameraPath:
         legs = range(len(self._values) - 3)
         u = np.arange(PIECES) / PIECES
         knots = self._knots
-        places = [
-            self._curve(self._values[:, :3], i, knots[i + 1] + u * (knots[i + 2] - knots[i + 1]), spline.lerp)
-            for i in legs
-        ]
+        times = [knots[i + 1] + u * (knots[i + 2] - knots[i + 1]) for i in legs]
+        places = [self._curve(self._values[:, :3], i, t, spline.lerp) for i, t in zip(legs, times, strict=True)]
         return np.concatenate([*places, self._values[-2:-1, :3]])
 
     def _measured(self) -> np.ndarray:
@@ -175,11 +165,7 @@ class CameraPath:
 
 
 def _padded(values: np.ndarray, closed: bool, blend: spline.Blend) -> np.ndarray:
-    """Values (n, k) and the neighbours that the curve needs beyond both ends.
-
-    On a closed path, the neighbours come from the other end: one before, two after. On an open path, one neighbour at
-    each end is extrapolated.
-    """
+    """Values (n, k) with the neighbours that the curve needs: of the other end, or extrapolated on an open path."""
     if closed:
         return np.concatenate([values[-1:], values, values[:2]])
     before, after = blend(values[1], values[0], np.array(2.0)), blend(values[-2], values[-1], np.array(2.0))
@@ -206,9 +192,6 @@ def _vector(values: np.ndarray) -> Vector:
     return x, y, z
 
 
-# --- Checks -----------------------------------------------------------------------------------------------------------
-
-
 def _check(keyframes: Sequence[Keyframe], closed: bool, seconds: float | None) -> None:
     if not 2 <= len(keyframes) <= MAX_KEYFRAMES:
         raise UsageError(f"a path takes 2 to {MAX_KEYFRAMES} keyframes, got {len(keyframes)}")
@@ -230,9 +213,6 @@ def _check_times(times: Sequence[float], closed: bool, seconds: float | None) ->
             raise UsageError(f"keyframe {i + 1}: second {times[i]:g} does not come after {times[i - 1]:g}")
     if closed and (seconds is None or seconds <= times[-1]):
         raise UsageError(f'"seconds" must say when the path is back at keyframe 1, after {times[-1]:g}')
-
-
-# --- Files ------------------------------------------------------------------------------------------------------------
 
 
 def _load(name: str) -> Any:

@@ -103,7 +103,7 @@ class Recorder:
         image
             (height, width, 3 or 4) uint8, first row on top; all frames have the same size.
         wait
-            Whether to wait if the encoder is behind; else the frame is dropped.
+            If the encoder is behind, wait for it, or drop the frame.
 
         Raises
         ------
@@ -186,9 +186,6 @@ def is_folder(path: str | os.PathLike[str]) -> bool:
     return name.endswith(("/", os.sep)) or os.path.isdir(name) or not os.path.splitext(name)[1]
 
 
-# --- Pictures ---------------------------------------------------------------------------------------------------------
-
-
 def picture_name(number: int) -> str:
     """File name of a picture; `number` counts from 0."""
     return f"frame-{number + 1:05d}.png"
@@ -204,10 +201,7 @@ def _pictures(folder: Path, first: int) -> AbstractContextManager[Write]:
 
 
 def _locked(folder: Path) -> int:
-    """Lock a folder against other recordings; returns the descriptor to close (the system closes it at exit).
-
-    A missing folder is made.
-    """
+    """Make a folder, and lock it against other recordings; returns the descriptor, which the system closes at exit."""
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
@@ -244,9 +238,6 @@ def _numbered(folder: Path, made: bool, lock: int, first: int) -> Iterator[Write
         os.close(lock)
         if made and not done:
             parts.remove_empty(folder)
-
-
-# --- Films ------------------------------------------------------------------------------------------------------------
 
 
 def _film(path: Path, fps: float, first: int | None) -> AbstractContextManager[Write]:

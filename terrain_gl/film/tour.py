@@ -19,10 +19,7 @@ FOV_DEG = 55.0
 
 
 def tour(heightmap: Heightmap, fov_deg: float = FOV_DEG) -> CameraPath:
-    """A loop around a map; the eye looks ahead along the loop, and goes down and up twice.
-
-    The eye stays at least `clearance_m` above the surface.
-    """
+    """A loop around a map, at least `clearance_m` above it; the eye looks ahead, and goes down and up twice."""
     loop = CameraPath([_keyframe(heightmap, 2 * math.pi * i / KEYFRAMES, fov_deg) for i in range(KEYFRAMES)], True)
     lift = clearance_m(heightmap) - float(np.min(above_surface_m(heightmap, loop.eyes)))
     if lift <= 0:
