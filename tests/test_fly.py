@@ -18,7 +18,7 @@ import pytest
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.cli import frames
-from terrain_gl.film import parts
+from terrain_gl.film import parts, record
 from terrain_gl.film.journal import FlightJournal
 from terrain_gl.film.parts import JOURNAL
 from terrain_gl.film.path import CameraPath, Keyframe
@@ -347,7 +347,7 @@ def test_a_film_keeps_its_parts_when_the_disk_is_full(film, run, monkeypatch):
     words, _ = film
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with monkeypatch.context() as patch:
-        patch.setattr(parts, "join", lambda *_: (_ for _ in ()).throw(full))
+        patch.setattr(record, "_join", lambda *_: (_ for _ in ()).throw(full))
         refused(run(*words), 1, "f.mp4: cannot write: No space left on device; the first 5 pictures are complete")
     drawn = interrupt(monkeypatch, 0)
     assert run(*words)[0] == 0

@@ -1,1 +1,1 @@
-"""Comparisons of methods and of kinds of shading: tables, curves and figures."""
+"""Comparisons of methods: tables, curves and figures; and of pictures that should be equal."""

@@ -50,30 +50,29 @@ def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str]) -
     found
         The results. If there are curves, they are drawn below, with a table.
     """
-    available()
     import matplotlib
-    from matplotlib.figure import Figure
 
     with matplotlib.rc_context(_STYLE), replacing(path) as beside:
-        layout = _Layout(found, len(caption))
-        sheet = Figure(figsize=(_WIDTH_IN, layout.height_in), dpi=_DPI, facecolor="white")
-        _side_by_side(sheet, layout, found, caption)
+        sheet = _Sheet(found, len(caption))
+        _side_by_side(sheet, found, caption)
         if found.curves:
-            _curves(sheet, layout, found.curves, found.pruned)
-            _table(sheet, layout, found)
+            _curves(sheet, found.curves, found.pruned)
+            _table(sheet, found)
         # into memory first, because matplotlib prints tracebacks if the disk is full
-        sheet.savefig(whole := io.BytesIO(), **_file_options(path))
+        sheet.figure.savefig(whole := io.BytesIO(), **_file_options(path))
         beside.write_bytes(whole.getvalue())  # getbuffer() would keep the memory in use after an error
 
 
-class _Layout:
-    """Positions in inches from the upper left."""
+class _Sheet:
+    """The figure; positions in inches from the upper left."""
 
     margin = 0.25
     gap = 0.12
     title = 0.82
 
     def __init__(self, found: Study, lines: int) -> None:
+        from matplotlib.figure import Figure
+
         self.columns = len(found.entries) + 1
         rows, cols = found.truth.sky.shape
         self.width = (_WIDTH_IN - 2 * self.margin - (self.columns - 1) * self.gap) / self.columns
@@ -82,59 +81,60 @@ class _Layout:
         self.below = self.tops[2] + max(self.height, 0.95 + 0.21 * lines) + self.margin
         self.curves_in = 5.2 if found.curves else 0.0
         self.height_in = self.below + self.curves_in
+        self.figure = Figure(figsize=(_WIDTH_IN, self.height_in), dpi=_DPI, facecolor="white")
 
-    def axes(self, sheet: Any, column: int, row: int) -> Any:
+    def axes(self, column: int, row: int) -> Any:
         """Axes of one picture, without ticks."""
         left = self.margin + column * (self.width + self.gap)
-        axes = self.at(sheet, left, self.tops[row], self.width, self.height)
+        axes = self.at(left, self.tops[row], self.width, self.height)
         axes.set_xticks([])
         axes.set_yticks([])
         return axes
 
-    def at(self, sheet: Any, left: float, top: float, width: float, height: float) -> Any:
+    def at(self, left: float, top: float, width: float, height: float) -> Any:
         """Axes in inches."""
         tall = self.height_in
         wide = _WIDTH_IN
-        return sheet.add_axes((left / wide, 1 - (top + height) / tall, width / wide, height / tall))
+        return self.figure.add_axes((left / wide, 1 - (top + height) / tall, width / wide, height / tall))
 
-    def write(self, sheet: Any, left: float, top: float, text: str, **style: Any) -> None:
+    def write(self, left: float, top: float, text: str, **style: Any) -> None:
         """Write text with its upper left corner at a position; with `ha="right"` its upper right corner."""
-        sheet.text(left / _WIDTH_IN, 1 - top / self.height_in, text, va="top", parse_math=False, **style)
+        self.figure.text(left / _WIDTH_IN, 1 - top / self.height_in, text, va="top", parse_math=False, **style)
 
-    def rule(self, sheet: Any, left: float, right: float, top: float) -> None:
+    def rule(self, left: float, right: float, top: float) -> None:
         """A thin horizontal line."""
         from matplotlib.lines import Line2D
 
         x, y = [left / _WIDTH_IN, right / _WIDTH_IN], [1 - top / self.height_in] * 2
-        sheet.add_artist(Line2D(x, y, color="0.3", linewidth=0.8))
+        self.figure.add_artist(Line2D(x, y, color="0.3", linewidth=0.8))
 
 
-def _side_by_side(sheet: Any, layout: _Layout, found: Study, caption: Sequence[str]) -> None:
+def _side_by_side(sheet: _Sheet, found: Study, caption: Sequence[str]) -> None:
     truth = found.truth
     scale_px = _heat_scale([entry.error_px for entry in found.entries])
     inset = inset_of(truth, [entry.image for entry in found.entries])
-    _picture(layout.axes(sheet, 0, 0), truth.image, inset)
-    _zoom(layout.axes(sheet, 0, 1), truth.image, inset)
-    _title(sheet, layout, 0, "Ground truth", f"every post: {truth.stats['triangles']:,} triangles")
+    _picture(sheet, 0, truth.image, inset)
+    _title(sheet, 0, "Ground truth", f"every post: {truth.stats['triangles']:,} triangles")
     for i, entry in enumerate(found.entries, 1):
-        _picture(layout.axes(sheet, i, 0), entry.image, inset)
-        _zoom(layout.axes(sheet, i, 1), entry.image, inset)
-        shown = _heat(layout.axes(sheet, i, 2), entry.error_px, scale_px)
+        _picture(sheet, i, entry.image, inset)
+        shown = _heat(sheet.axes(i, 2), entry.error_px, scale_px)
         rms_px, max_px = (entry.stats[key] for key in ("rms_error_px", "max_error_px"))
         numbers = f"{entry.stats['triangles']:,} triangles\n{rms_px:.3f} px RMS, {max_px:.2f} px at most"
-        _title(sheet, layout, i, f"{LABELS[entry.method]} ({entry.stats['image_rmse']:.4f})", numbers)
-    _legend(sheet, layout, shown, scale_px, ["Screen error, pixels", *caption])
+        _title(sheet, i, f"{LABELS[entry.method]} ({entry.stats['image_rmse']:.4f})", numbers)
+    _legend(sheet, shown, scale_px, ["Screen error, pixels", *caption])
 
 
-def _title(sheet: Any, layout: _Layout, column: int, title: str, subtitle: str) -> None:
-    left = layout.margin + column * (layout.width + layout.gap)
-    layout.write(sheet, left, layout.margin, title, size=17, weight="bold")
-    layout.write(sheet, left, layout.margin + 0.33, subtitle, size=12, color="0.25")
+def _title(sheet: _Sheet, column: int, title: str, subtitle: str) -> None:
+    left = sheet.margin + column * (sheet.width + sheet.gap)
+    sheet.write(left, sheet.margin, title, size=17, weight="bold")
+    sheet.write(left, sheet.margin + 0.33, subtitle, size=12, color="0.25")
 
 
-def _picture(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
+def _picture(sheet: _Sheet, column: int, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
+    """A picture with a frame around the inset; below it, the inset magnified."""
     from matplotlib.patches import Rectangle
 
+    axes = sheet.axes(column, 0)
     axes.imshow(pixels, interpolation="antialiased", aspect="auto")
     rows, cols = inset
     corner = (cols.start - 0.5, rows.start - 0.5)
@@ -142,10 +142,7 @@ def _picture(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
     height = rows.stop - rows.start
     axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="black", linewidth=2.4))
     axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="white", linewidth=1.2))
-
-
-def _zoom(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
-    axes.imshow(pixels[inset], interpolation="nearest", aspect="auto")
+    sheet.axes(column, 1).imshow(pixels[inset], interpolation="nearest", aspect="auto")
 
 
 def _heat_scale(maps: Sequence[np.ndarray]) -> float:
@@ -166,22 +163,22 @@ def _heat(axes: Any, error_px: np.ndarray, scale_px: float) -> Any:
     return axes.imshow(np.ma.masked_invalid(error_px), cmap=colours, norm=by_root, aspect="auto")
 
 
-def _legend(sheet: Any, layout: _Layout, shown: Any, scale_px: float, caption: Sequence[str]) -> None:
+def _legend(sheet: _Sheet, shown: Any, scale_px: float, caption: Sequence[str]) -> None:
     """The first column of the last row: the colour scale and the caption."""
-    left, top = layout.margin, layout.tops[2]
-    bar = layout.at(sheet, left, top + 0.36, layout.width - 0.15, 0.17)
+    left, top = sheet.margin, sheet.tops[2]
+    bar = sheet.at(left, top + 0.36, sheet.width - 0.15, 0.17)
     ticks = [scale_px * share for share in (0, 0.05, 0.2, 0.5, 1)]
-    sheet.colorbar(shown, cax=bar, orientation="horizontal", extend="max", ticks=ticks, format="%.3g")
+    sheet.figure.colorbar(shown, cax=bar, orientation="horizontal", extend="max", ticks=ticks, format="%.3g")
     bar.minorticks_off()
     bar.tick_params(labelsize=11, length=3)
-    layout.write(sheet, left, top + 0.04, caption[0], size=13)
-    layout.write(sheet, left, top + 0.95, "\n".join(caption[1:]), size=11, linespacing=1.35, color="0.15")
+    sheet.write(left, top + 0.04, caption[0], size=13)
+    sheet.write(left, top + 0.95, "\n".join(caption[1:]), size=11, linespacing=1.35, color="0.15")
 
 
-def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[str, Any]]], pruned: Any) -> None:
+def _curves(sheet: _Sheet, curves: Mapping[str, Sequence[Mapping[str, Any]]], pruned: Any) -> None:
     """RMS screen error against triangles, both logarithmic."""
-    left, top = layout.margin + 0.7, layout.below + 0.15
-    axes = layout.at(sheet, left, top, 2 * layout.width + layout.gap - 0.7, layout.curves_in - 0.95)
+    left, top = sheet.margin + 0.7, sheet.below + 0.15
+    axes = sheet.at(left, top, 2 * sheet.width + sheet.gap - 0.7, sheet.curves_in - 0.95)
     for method, points in curves.items():
         line = {"color": COLOURS[method], "marker": _MARKERS[method], "label": LABELS[method]}
         x, y = ([point[key] for point in points] for key in ("triangles", "rms_error_px"))
@@ -211,23 +208,23 @@ def _plain_at_2_and_5(value: float, place: int) -> str:
     return _plain(value, place) if digit in (2, 5) else ""
 
 
-def _table(sheet: Any, layout: _Layout, found: Study) -> None:
+def _table(sheet: _Sheet, found: Study) -> None:
     """A table of the numbers beside the curves, one column for each method; the best of each row is bold."""
     methods = [entry.method for entry in found.entries]
-    left, top = layout.margin + 2 * (layout.width + layout.gap) + 0.35, layout.below + 0.3
-    right = _WIDTH_IN - layout.margin
+    left, top = sheet.margin + 2 * (sheet.width + sheet.gap) + 0.35, sheet.below + 0.3
+    right = _WIDTH_IN - sheet.margin
     columns = [right - (len(methods) - 1 - i) * 1.95 for i in range(len(methods))]
     for column, method in zip(columns, methods, strict=True):
         name = LABELS[method].replace(" ", "\n", 1)
-        layout.write(sheet, column, top, name, size=13, ha="right", weight="bold", color=COLOURS[method])
-    layout.rule(sheet, left, right, top + 0.55)
+        sheet.write(column, top, name, size=13, ha="right", weight="bold", color=COLOURS[method])
+    sheet.rule(left, right, top + 0.55)
     lines = found.table()
     for i, line in enumerate(lines):
         y = top + 0.68 + 0.34 * i
-        layout.write(sheet, left, y, line.label, size=13)
+        sheet.write(left, y, line.label, size=13)
         for column, cell, best in zip(columns, line.cells, line.best, strict=True):
-            layout.write(sheet, column, y, cell, size=13, ha="right", weight="bold" if best else "normal")
-    layout.rule(sheet, left, right, top + 0.68 + 0.34 * len(lines))
+            sheet.write(column, y, cell, size=13, ha="right", weight="bold" if best else "normal")
+    sheet.rule(left, right, top + 0.68 + 0.34 * len(lines))
 
 
 def _file_options(path: str | os.PathLike[str]) -> dict[str, Any]:
