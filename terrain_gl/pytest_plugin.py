@@ -6,6 +6,7 @@ the fixture.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from .comparison.golden import GoldenPictures, Software
+    import moderngl
+
+    from .comparison.golden import GoldenPictures
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -29,25 +32,29 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture(scope="session")
-def _terrain_software() -> Iterator[Software]:
-    from .comparison.golden import Software
+def _terrain_ctx() -> Iterator[moderngl.Context]:
+    """The OpenGL context of all tests; on Mesa's software renderer if the system has it."""
+    from .gpu.context import create_context
 
-    software = Software()
-    yield software
-    software.release()
+    os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")  # Mesa reads it when the context is made
+    ctx = create_context()
+    yield ctx
+    ctx.release()
 
 
 @pytest.fixture
-def terrain_picture(request: pytest.FixtureRequest, _terrain_software: Software) -> GoldenPictures:
+def terrain_picture(request: pytest.FixtureRequest, _terrain_ctx: moderngl.Context) -> GoldenPictures:
     """Draw a map, and compare the picture with a golden one beside the test: `terrain_picture("hill.tif")`."""
     from .comparison.golden import GoldenPictures
+    from .gpu import gl
 
-    if not _terrain_software.is_software:
-        pytest.skip(f"golden pictures are of software OpenGL, this is {_terrain_software.gl_renderer}: docs/testing.md")
+    if not gl.is_software(_terrain_ctx):
+        driver = _terrain_ctx.info["GL_RENDERER"]
+        pytest.skip(f"golden pictures are of software OpenGL, this is {driver}: docs/testing.md")
     config = request.config
     failures = Path(config.getoption("--terrain-failures"))
     return GoldenPictures(
-        _terrain_software,
+        _terrain_ctx,
         request.path.parent,
         f"{request.path.stem}-{request.node.name}",
         config.invocation_params.dir / failures,

@@ -27,19 +27,7 @@ def command_line(
 ) -> str:
     """The `terrain-gl shot` command that draws a view again, without options that have their default values.
 
-    Parameters
-    ----------
-    heightmap
-        A map opened from a file, or a store.
-    size
-        Width and height of the picture in pixels.
-    output
-        The file that the command is to write.
-
-    Returns
-    -------
-    str
-        The command, for a POSIX shell.
+    It is for a POSIX shell, and writes the picture of `size` to `output`.
 
     Raises
     ------

@@ -19,7 +19,7 @@ from . import options, report, stores, values
 RELIEF_SHARE = 5e-3  # default error of a mesh, as a part of the map's relief
 _METHOD = "quadtree"  # it needs fewer triangles, but stores do not have it
 _PAYS_TIMES = 4  # a raster of fewer posts than 4 · `cache.PAYS_POSTS` is held in memory, where the quadtree works
-_OF_VIEW = ("max_error_px", "triangles", "parameters", "cull", "view", "eye", "target", "at", "stand")
+_VIEW_OPTIONS = ("max_error_px", "triangles", "parameters", "cull", "view", "eye", "target", "at", "stand")
 
 
 def add(commands: Any) -> None:
@@ -99,7 +99,7 @@ def _drawn(args: argparse.Namespace, scene: options.CommandScene, is_page: bool)
 
 def _has_view(args: argparse.Namespace) -> bool:
     """Whether the options request the mesh of a view."""
-    is_asked = args.method not in (None, _METHOD) or any(getattr(args, name) for name in _OF_VIEW)
+    is_asked = args.method not in (None, _METHOD) or any(getattr(args, name) for name in _VIEW_OPTIONS)
     return not args.max_error_m and is_asked
 
 

@@ -8,14 +8,13 @@ import re
 from pathlib import Path
 from typing import Any
 
+import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Camera
 from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
-from ..gpu import gl
-from ..gpu.context import create_context
 from ..heightmap import Heightmap
 from ..image import difference, read_image, write_png
 from ..renderer import Renderer
@@ -23,20 +22,6 @@ from ..renderer.frame import Frame
 from .difference import OTHER_DRIVER, Difference, Tolerance, check_alike, differ
 
 FOLDER = "golden"
-
-
-class Software:
-    """The OpenGL context of all tests of a session; on Mesa's software renderer if the system has it."""
-
-    def __init__(self) -> None:
-        os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")  # Mesa reads it when the context is made
-        self.ctx = create_context()
-        self.gl_renderer = str(self.ctx.info["GL_RENDERER"])
-        self.is_software = gl.is_software(self.ctx)
-
-    def release(self) -> None:
-        """Release the context."""
-        self.ctx.release()
 
 
 class GoldenPictures:
@@ -54,8 +39,8 @@ class GoldenPictures:
         Write golden pictures instead of comparing.
     """
 
-    def __init__(self, software: Software, folder: Path, name: str, failures: Path, regenerate: bool) -> None:
-        self._software = software
+    def __init__(self, ctx: moderngl.Context, folder: Path, name: str, failures: Path, regenerate: bool) -> None:
+        self._ctx = ctx
         self.folder = folder
         self.name = name
         self.failures = failures
@@ -101,7 +86,7 @@ class GoldenPictures:
         __tracebackhide__ = True  # pytest shows the line of the test
         heightmap, usual = self._opened(terrain, spacing_m)
         given = usual | options | ({"camera": camera} if camera else {})
-        with self._software.ctx, Renderer(heightmap, size, ctx=self._software.ctx) as renderer:
+        with self._ctx, Renderer(heightmap, size, ctx=self._ctx) as renderer:
             frame = renderer.render(**given)
         self.compare(frame.image, name, tolerance, share)
         return frame
@@ -174,7 +159,7 @@ class GoldenPictures:
                 f"  drawn       {seen}",
                 f"  difference  {off}",
                 f"  most        {found.largest:g} of 255, at column {col}, row {row}",
-                f"  driver      {self._software.gl_renderer}",
+                f"  driver      {self._ctx.info['GL_RENDERER']}",
                 "  If the change is right: pytest --regenerate-terrain, look at the picture, and commit it.",
             ]
         )
