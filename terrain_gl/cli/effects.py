@@ -20,7 +20,7 @@ from .options import CommandScene, render_options
 
 # options of lit styles, and their defaults
 _OF_LIGHT = {"sky": None, "material": None, "drape": None, "look": AUTO, "water_m": None}
-_NEAR = 5.0  # an eye within this many longer sides of the map is near it
+_NEAR = 5.0  # an eye is near the map if its distance is at most this many longer sides of the map
 
 
 def tell(args: argparse.Namespace, scene: CommandScene) -> None:
@@ -76,7 +76,7 @@ def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
 
 def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> None:
     """Unless the eye is under the ground: say that no land is in the picture, and how far the map is from the eye."""
-    if depth_below_ground(heightmap.coarse(), camera) > 0:  # a note has said so already
+    if depth_below_ground(heightmap.coarse(), camera) > 0:  # `open_scene` has noted this
         return
     away_m = _away_m(heightmap, *camera.eye[:2])
     where = f"the eye is {metres(away_m)} from the map" if away_m else "the eye is over the map, and looks away from it"
@@ -90,7 +90,7 @@ def _away_m(heightmap: Heightmap, x: float, y: float) -> float:
 
 
 def _advice(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> str:
-    """Advice on how to name a place on the map. If the eye is near it in its own coordinates, these are meant."""
+    """Advice on how to name a place: an eye near the map, if X and Y are read as map coordinates, was meant so."""
     east, north = heightmap.extent_m
     place = heightmap.place if args.coordinates == "metres" else None
     if place and _away_m(heightmap, *place.from_map(*camera.eye[:2])) <= _NEAR * max(east, north):

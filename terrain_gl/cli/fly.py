@@ -169,7 +169,7 @@ def _text(output: str, about: dict[str, Any]) -> str:
     if "certified_jump_px" in summary:
         error += f", jumps of at most {summary['certified_jump_px']['max']:.3g} px"
     text = f"{output}: {count:,} frames of {about['width']}x{about['height']}, {triangles:,.0f} triangles, {error}, "
-    text += f"{ms['median']:.0f} ms a frame, {ms['p999']:.0f} ms the slowest"
+    text += f"{ms['median']:.0f} ms a frame, 99.9 % within {ms['p999']:.0f} ms"
     for key, where in (("frames_outside", "outside the map"), ("frames_under_ground", "under ground")):
         if about[key]:
             text += f"\nnote: in {about[key]:,} frames the eye is {where}"

@@ -87,7 +87,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Flight:
-    """`count` frames along a path."""
+    """A path that is drawn as `count` frames."""
 
     args: argparse.Namespace
     scene: options.CommandScene

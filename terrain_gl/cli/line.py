@@ -27,7 +27,7 @@ def command_line(
 ) -> str:
     """The `terrain-gl shot` command that draws a view again, without options that have their default values.
 
-    It is for a POSIX shell, and writes the picture of `size` to `output`.
+    The command is for a POSIX shell. It writes a picture of `size` (width, height) to the file `output`.
 
     Raises
     ------

@@ -201,7 +201,10 @@ def open_scene(
 def open_scene_or_sample(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None = None
 ) -> tuple[CommandScene, str]:
-    """Open the scene. If a raster is too large for memory and no store is made, open a coarse sample, with an offer."""
+    """Open the scene, or a coarse sample of a raster that is too large for memory and of which no store is made.
+
+    With a sample comes a text that says how to draw the whole raster; else the text is empty.
+    """
     reading = stores.reading_of(args)
     if not is_huge(name, reading) or (not args.no_cache and cache.is_possible()):
         return open_scene(args, name, progress), ""

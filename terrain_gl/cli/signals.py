@@ -21,7 +21,7 @@ def listen() -> None:
     for number in _REQUESTS:
         if signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP on purpose
             signal.signal(number, _heard)
-    if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_DFL):  # else Ctrl-C is ignored
+    if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_DFL):  # else it is ignored on purpose
         signal.signal(signal.SIGINT, _heard)
 
 
