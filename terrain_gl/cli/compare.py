@@ -131,7 +131,7 @@ def uneven_text(found: Study) -> str:
 
 def curves_text(found: Study) -> str:
     """RMS error by number of triangles; empty without --curve."""
-    if not found.curves:
+    if not (found.curves and found.pruned):
         return ""
     rows = [["RMS px at triangles", *(LABELS[method] for method in found.curves), "Quads alone, pruned"]]
     for i, pruned_px in enumerate(found.pruned.rms_px):

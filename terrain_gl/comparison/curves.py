@@ -40,14 +40,12 @@ def best_detail(
     """The options among `tried` with the smallest RMS screen error. The renderer forgets its last frame."""
     if len(tried) == 1:
         return tried[0]
-    errors = [_rms_px(renderer, camera, method=method, **each, **options) for each in tried]
+    errors = []
+    for each in tried:
+        renderer.choose(camera, method=method, **each, **options)
+        errors.append(drain(renderer.inspector.measure_steps()).rms_px)
     renderer.forget()
     return tried[int(np.argmin(errors))]
-
-
-def _rms_px(renderer: Renderer, camera: Camera, **options: Any) -> float:
-    renderer.choose(camera, **options)
-    return drain(renderer.inspector.measure_steps()).rms_px
 
 
 def drawable(renderer: Renderer, camera: Camera, triangles: int, **options: Any) -> int:
@@ -82,7 +80,9 @@ def curve(
     return achieved
 
 
-def pruned_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near_m: float | None = None) -> Any:
+def pruned_curve(
+    renderer: Renderer, camera: Camera, budgets: Sequence[int], near_m: float | None = None
+) -> pruned.Allocation:
     """The RMS error over posts of the pruned quadtree at each budget: `pruned.pruned_quads`."""
     heightmap = renderer.heightmap
     near_m = near_plane_m(heightmap, near_m)

@@ -11,6 +11,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from .compare import LABELS, inset_of
+from .pruned import Allocation
 from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
@@ -175,7 +176,7 @@ def _legend(sheet: _Sheet, shown: Any, scale_px: float, caption: Sequence[str]) 
     sheet.write(left, top + 0.95, "\n".join(caption[1:]), size=11, linespacing=1.35, color="0.15")
 
 
-def _curves(sheet: _Sheet, curves: Mapping[str, Sequence[Mapping[str, Any]]], pruned: Any) -> None:
+def _curves(sheet: _Sheet, curves: Mapping[str, Sequence[Mapping[str, Any]]], pruned: Allocation | None) -> None:
     """RMS screen error against triangles, both logarithmic."""
     left, top = sheet.margin + 0.7, sheet.below + 0.15
     axes = sheet.at(left, top, 2 * sheet.width + sheet.gap - 0.7, sheet.curves_in - 0.95)
@@ -183,7 +184,7 @@ def _curves(sheet: _Sheet, curves: Mapping[str, Sequence[Mapping[str, Any]]], pr
         line = {"color": COLOURS[method], "marker": _MARKERS[method], "label": LABELS[method]}
         x, y = ([point[key] for point in points] for key in ("triangles", "rms_error_px"))
         axes.plot(x, y, markersize=6.5, linewidth=1.8, **line)
-    if pruned is not None:
+    if pruned:
         dashed: Any = {"color": COLOURS["pruned"], "linestyle": (0, (4, 2)), "label": "Quads alone, pruned"}
         axes.plot(pruned.triangles, pruned.rms_px, linewidth=1.4, **dashed)
     axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="RMS screen error, pixels")

@@ -12,6 +12,7 @@ from ..renderer import Renderer
 from ..renderer.methods import BASELINES
 from .compare import COMPARED, FINE, MethodResult, Truth, best_pictured, entry_of, measured, part, truth_of
 from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, pruned_curve
+from .pruned import Allocation
 
 VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
 MANY = 4  # with vertices between posts: most triangles that are tried, as a multiple of those of a mesh with every post
@@ -52,7 +53,7 @@ class Study:
     between: bool = True  # whether the baselines could have vertices between posts, as our own methods have them
     from_mesh: bool = False  # whether the baselines' pictures are shaded from their own meshes
     curves: dict[str, list[dict[str, Any]]] | None = None  # from `curves.curve`, if requested
-    pruned: Any = None  # from `curves.pruned_curve`, if requested
+    pruned: Allocation | None = None  # from `curves.pruned_curve`, if requested
     needed: dict[str, dict[str, Any] | None] | None = None  # stats of the fewest triangles that achieve the error
 
     def uneven(self) -> dict[str, float]:
@@ -82,7 +83,7 @@ class Study:
             "baseline_vertices": VERTICES[not self.between],
             "baseline_shading": SHADING[self.from_mesh],
         }
-        if self.curves:
+        if self.curves and self.pruned:
             found["curves"] = self.curves
             points = zip(self.pruned.triangles, self.pruned.rms_px, strict=True)
             found["ideal"] = [{"triangles": int(n), "rms_error_px": float(px)} for n, px in points]
