@@ -12,7 +12,7 @@ import terrain_gl as tg
 from terrain_gl.cli import main
 from terrain_gl.cli.compare import in_lines, uneven_text
 from terrain_gl.comparison import compare as comparing
-from terrain_gl.comparison import curves, pruned
+from terrain_gl.comparison import curves
 from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.compare import (
     COMPARED,
@@ -23,7 +23,7 @@ from terrain_gl.comparison.compare import (
     likeness_of,
     truth_of,
 )
-from terrain_gl.comparison.curves import EQUAL, curve, fewest, pruned_curve
+from terrain_gl.comparison.curves import EQUAL, curve, fewest
 from terrain_gl.comparison.own_surface import drawn_heights
 from terrain_gl.comparison.study import Study, study
 from terrain_gl.files.views import standard_view
@@ -195,23 +195,6 @@ def test_curves_fall(renderer, camera):
     assert errors == sorted(errors, reverse=True)
     assert 400 < points[0]["triangles"] <= 500
     assert [point["triangles"] for point in points[1:]] == pytest.approx(budgets[1:], rel=0.03)
-
-
-def test_pruned_curve_is_that_of_the_whole_map(ctx):
-    heights = rough(300, 600, 5)
-    heights[200:230, 400:420] = np.nan
-    heightmap = tg.Heightmap(heights, (10.0, 12.0))
-    camera = tg.Camera((4000, 600, 250), (5200, 1300, 0), 40.0)
-    r = tg.Renderer(heightmap, SIZE, ctx=ctx)
-    rows, cols = curves._seen_part(heightmap, camera, SIZE, 1.0)
-    assert (rows, cols) != (slice(0, 300), slice(0, 600)), "the test is of a part of the map"
-    filled = r.terrain.filled.astype(np.float64)
-    budgets = [500, 4000]
-    whole = pruned.pruned_quads(filled, (10.0, 12.0), camera, SIZE, 1.0, budgets, np.isnan(heights))[0]
-    part = pruned_curve(r, camera, budgets)
-    r.release()
-    assert part.triangles == pytest.approx(whole.triangles, rel=0.01)
-    assert part.rms_px == pytest.approx(whole.rms_px, rel=0.01)
 
 
 def test_inset_is_where_pictures_differ_and_the_sky_begins():

@@ -7,6 +7,7 @@ import pytest
 from maps import MAPS, REAL, rough
 
 import terrain_gl as tg
+from terrain_gl import reference
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.cli import main
 from terrain_gl.files import views
@@ -14,7 +15,6 @@ from terrain_gl.files.views import VIEWS, standard_sun, standard_view
 from terrain_gl.heightmap import bilinear
 from terrain_gl.image import read_image
 from terrain_gl.shade.picture import UNLIT
-from terrain_gl.verify.measure import posts_of
 
 SIZE = (96, 54)
 
@@ -26,7 +26,7 @@ def height_under(heightmap, point):
 
 
 def posts_seen(heightmap, camera):
-    points = posts_of(heightmap, (0, 0, heightmap.cols, heightmap.rows))
+    points = reference.world_m(heightmap.heights, heightmap.spacing_m).reshape(3, -1).T
     points = points[np.isfinite(points[:, 2])]
     _, seen = screen_shift_px(camera, SIZE, points, np.zeros(len(points)), 0.1 * min(heightmap.spacing_m))
     return seen.mean()

@@ -4,7 +4,6 @@ import argparse
 import os
 from typing import Any
 
-from ..basics.exceptions import UsageError
 from ..files import maps
 from ..store import build
 from . import options, report, stores, values
@@ -37,8 +36,7 @@ def run(args: argparse.Namespace) -> int:
     known = [None if os.path.exists(name) else maps.find_bundled(name) for name in args.map]
     paths = [_path(args, name, one) for name, one in zip(args.map, known, strict=True)]
     look = known[0].look if len(known) == 1 and known[0] else "auto"
-    if os.path.realpath(args.output) in {os.path.realpath(path) for path in paths}:
-        raise UsageError(f"{args.output}: is also an input: name another folder")
+    options.refuse_inputs((args.output,), paths)
     reading = stores.reading_of(args)
     with report.progress_bar("building") as progress:
         how_built = args.fill, args.workers, args.scheduler, progress

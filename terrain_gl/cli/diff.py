@@ -1,7 +1,6 @@
 """`terrain-gl diff`: how much two pictures differ."""
 
 import argparse
-import os
 from typing import Any
 
 from ..basics.exceptions import UsageError
@@ -44,10 +43,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the command."""
     check_name(args.output)
     options.check_writable(args.output, args.json)
-    written = {os.path.realpath(path) for path in (args.output, args.json) if path}
-    for read in (args.expected, args.seen):
-        if os.path.realpath(read) in written:
-            raise UsageError(f"{read}: is also an input: name another file for the output")
+    options.refuse_inputs((args.output, args.json), (args.expected, args.seen))
     found = differ_files(args.expected, args.seen, tolerance_of(args), args.output)
     report.write_json(args.json, {"expected": args.expected, "seen": args.seen} | found.record())
     report.say(args.json, text(found))

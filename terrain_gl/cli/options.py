@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -241,10 +241,15 @@ def check_outputs(args: argparse.Namespace, source: str | None) -> None:
     """Refuse outputs that cannot be written, or that are also inputs: the map, or a file such as that of `--path`."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
-    written = {os.path.realpath(path) for path in outputs if path}
     others = [path for name in ("path", "sky", "material", "drape", "edits") if (path := getattr(args, name, None))]
     others += getattr(args, "overlay", [])
-    for read in (*(maps.files_read(source) if source else ()), *others):
+    refuse_inputs(outputs, [*(maps.files_read(source) if source else ()), *others])
+
+
+def refuse_inputs(outputs: Iterable[str | None], inputs: Iterable[str]) -> None:
+    """Refuse outputs that are also inputs."""
+    written = {os.path.realpath(path) for path in outputs if path}
+    for read in inputs:
         if os.path.realpath(read) in written:
             raise UsageError(f"{read}: is also an input: name another file for the output")
 

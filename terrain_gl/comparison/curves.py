@@ -1,18 +1,15 @@
 """Error against triangles: each method's error for a number of triangles, and the triangles it needs for an error."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..basics.steps import Progress, drain
-from ..camera import Camera, screen_shift_px
-from ..heightmap import Heightmap
+from ..camera import Camera
 from ..renderer import Renderer
 from ..renderer.methods import BASELINES
 from ..renderer.options import near_plane_m
-from ..verify.measure import posts_of
 from . import pruned
 from .baselines import Baseline
 from .compare import COMPARED, measured
@@ -20,7 +17,6 @@ from .compare import COMPARED, measured
 BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # the curves' points, as parts of the requested number of triangles
 EQUAL = 0.02  # numbers of triangles count as equal up to this relative difference
 FEWEST = 200  # the smallest number of triangles that is requested from a method
-_BLOCK = 256  # posts along a side of a block: see `_seen_part`
 
 
 def detail_of(
@@ -85,14 +81,10 @@ def pruned_curve(
 ) -> pruned.Allocation:
     """The RMS error over posts of the pruned quadtree at each budget: `pruned.pruned_quads`."""
     heightmap = renderer.heightmap
+    void = np.isnan(heightmap.heights) if heightmap.voids else None
     near_m = near_plane_m(heightmap, near_m)
-    rows, cols = _seen_part(heightmap, camera, renderer.size, near_m)
-    moved = np.multiply([-cols.start, rows.stop - heightmap.rows], heightmap.spacing_m)
-    eye, target = ((x + moved[0], y + moved[1], z) for x, y, z in (camera.eye, camera.target))
-    filled = renderer.terrain.filled[rows, cols].astype(np.float64)
-    void = np.isnan(heightmap.heights[rows, cols]) if heightmap.voids else None
-    near = replace(camera, eye=eye, target=target)
-    return pruned.pruned_quads(filled, heightmap.spacing_m, near, renderer.size, near_m, budgets, void)[0]
+    filled = renderer.terrain.filled.astype(np.float64)
+    return pruned.pruned_quads(filled, heightmap.spacing_m, camera, renderer.size, near_m, budgets, void)[0]
 
 
 def fewest(
@@ -128,26 +120,6 @@ def fewest(
         stats = holds(middle)
         low, high, best = (low, middle, stats) if stats else (middle, high, best)
     return best
-
-
-def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> tuple[slice, slice]:
-    """Rows and columns of the part of the map whose blocks have posts in the picture; the rest would only cost time.
-
-    Blocks are nodes of the whole map's quadtree. So leaves up to this size are the same as in the whole map; larger
-    leaves may differ.
-    """
-    seen = []
-    for row in range(0, heightmap.rows, _BLOCK):
-        points = posts_of(heightmap, (0, row, heightmap.cols, min(_BLOCK, heightmap.rows - row)))
-        _, in_picture = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
-        at = np.flatnonzero(in_picture.reshape(-1, heightmap.cols).any(0))
-        seen += [(row, at[0], at[-1])] if len(at) else []
-    if not seen:
-        return slice(0, heightmap.rows), slice(0, heightmap.cols)
-    first, last = seen[0][0], seen[-1][0] + _BLOCK + 1
-    left = min(west for _, west, _ in seen) // _BLOCK * _BLOCK
-    right = max(east for _, _, east in seen) // _BLOCK * _BLOCK + _BLOCK + 1
-    return slice(first, min(last, heightmap.rows)), slice(int(left), int(min(right, heightmap.cols)))
 
 
 def details_of(

@@ -341,16 +341,6 @@ def _spans(n: int, tile: int) -> Iterator[tuple[int, int]]:
     yield n - 1, 1
 
 
-def posts_of(heightmap: Heightmap, region: Region) -> np.ndarray:
-    """World positions (w·h, 3) of a region's posts, row after row."""
-    x, y, width, height = region
-    east = (x + np.arange(width)) * heightmap.spacing_m[0]
-    north = (heightmap.rows - 1 - y - np.arange(height)) * heightmap.spacing_m[1]
-    z = heightmap.heights[y : y + height, x : x + width]
-    grid = np.broadcast_arrays(east[None, :], north[:, None], z.astype(np.float64))
-    return np.stack([axis.ravel() for axis in grid], -1)
-
-
 def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
     """True heights at a region's places, (h, w) float64, bilinear between posts; NaN over voids.
 
