@@ -6,6 +6,8 @@
 Specification: `halve`.
 """
 
+from functools import reduce
+
 import moderngl
 import numpy as np
 
@@ -19,6 +21,7 @@ from ..terrain import Terrain
 WEIGHTS = (0.75, 0.25, -0.125)
 _BARRIER = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
 FIRST_RANGES = 2  # the finest level whose ranges are kept
+_ENDS = (np.minimum, np.maximum)
 _TAPS = 2  # samples that a filter reads on each side
 
 
@@ -144,35 +147,12 @@ def _on_triangles(heights: np.ndarray, level: int, posts: np.ndarray, shape: tup
 
 def _ranges(levels: list[np.ndarray]) -> list[np.ndarray]:
     """For the cells of each level from `FIRST_RANGES` on: lowest and highest height of this and all finer levels."""
-    levels = levels + levels[-1:] * (FIRST_RANGES + 1 - len(levels))  # very small maps have fewer levels
     ranges: list[np.ndarray] = []
-    for j, heights in list(enumerate(levels))[FIRST_RANGES:]:
-        first = [_over_cells(levels[i], 2 ** (j - i)) for i in range(j)] if j == FIRST_RANGES else []
-        ranges.append(_joined([_over_cells(heights, 1), *first, *map(_quarter, ranges[-1:])]))
-    return ranges
-
-
-def _over_cells(samples: np.ndarray, side: int) -> np.ndarray:
-    """Minimum and maximum of the samples in and around cells of `side` samples a side."""
-
-    def reduced(better: np.ufunc) -> np.ndarray:
-        best = samples
-        for axis in (0, 1):
-            last = best.shape[axis] - 1
-            starts = np.arange(0, last, side)
-            ends = np.minimum(starts + side, last)
-            best = better(better.reduceat(best.take(range(last), axis), starts, axis), best.take(ends, axis))
-        return best
-
-    return np.stack([reduced(np.minimum), reduced(np.maximum)], -1)
-
-
-def _quarter(ranges: np.ndarray) -> np.ndarray:
-    """Ranges of blocks of 2 × 2 cells."""
-    low, high = ranges[..., 0], ranges[..., 1]
-    return np.stack([over_blocks(np.minimum, low, 2), over_blocks(np.maximum, high, 2)], -1)
-
-
-def _joined(ranges: list[np.ndarray]) -> np.ndarray:
-    low, high = (np.stack([each[..., i] for each in ranges]) for i in (0, 1))
-    return np.stack([low.min(0), high.max(0)], -1)
+    for heights in levels:
+        corners = heights[:-1, :-1], heights[:-1, 1:], heights[1:, :-1], heights[1:, 1:]
+        both = [reduce(better, corners) for better in _ENDS]
+        if ranges:
+            finer = [over_blocks(better, ranges[-1][..., i], 2) for i, better in enumerate(_ENDS)]
+            both = [better(*pair) for better, *pair in zip(_ENDS, both, finer, strict=True)]
+        ranges.append(np.stack(both, -1))
+    return ranges[FIRST_RANGES:] or ranges[-1:]  # very small maps have fewer levels
