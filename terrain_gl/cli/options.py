@@ -370,15 +370,7 @@ def add_output(command: Any, what: str) -> None:
 
 
 def check_writable(*paths: str | None) -> None:
-    """Refuse outputs that cannot be written, before any work is done.
-
-    Raises
-    ------
-    TerrainError
-        The folder is missing, there is no permission, or the name belongs to a folder or device.
-    UsageError
-        Two outputs have the same name.
-    """
+    """Refuse outputs that cannot be written, and two outputs with one name, before any work is done."""
     files = [path for path in paths if path is not None and path != "-"]
     for path in files:
         folder = os.path.dirname(path) or "."

@@ -28,13 +28,7 @@ def add(command: Any) -> None:
 
 
 def lay_pictures(args: argparse.Namespace) -> None:
-    """If an overlay is a picture, use it as the picture of the ground.
-
-    Raises
-    ------
-    UsageError
-        There is more than one picture, `--material` included.
-    """
+    """If an overlay is a picture, use it as the picture of the ground. There may be only one, `--material` included."""
     pictures = [path for path in args.overlay if os.path.splitext(path)[1].lower() in PICTURES]
     if len(pictures) + (args.material is not None) + (args.drape is not None) > 1:
         raise UsageError("--overlay: at most one picture of the ground, and not together with --material or --drape")
@@ -51,13 +45,7 @@ def lay_pictures(args: argparse.Namespace) -> None:
 
 
 def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:
-    """The lines and points of `--overlay`; unless `silent`, a note names each file that lies off the map.
-
-    Raises
-    ------
-    TerrainError
-        A file has no lines or points, or its coordinates cannot be converted to the map's.
-    """
+    """The lines and points of `--overlay`; unless `silent`, a note names each file of which nothing is drawn."""
     laid = tuple(read_overlay(path, heightmap, args.labels) for path in args.overlay)
     if args.labels == NO_LABELS:
         laid = tuple(overlay._replace(names=()) for overlay in laid)

@@ -56,11 +56,6 @@ class Rings:
         If it is below 0, each side of a cell of the map is cut into 2^-finest parts.
     transition
         The part of a ring's side over which it blends into the coarser ring. GPU Gems 2 takes a tenth.
-
-    Raises
-    ------
-    UsageError
-        A value outside its range.
     """
 
     method: ClassVar[str] = "clipmap"

@@ -42,14 +42,7 @@ def available() -> None:
 def figure(path: str | os.PathLike[str], found: Study, caption: Sequence[str]) -> None:
     """Write the figure: one column for the truth and for each method, with picture, inset and errors.
 
-    Parameters
-    ----------
-    path
-        A name that ends in one of `FORMATS`.
-    caption
-        Lines under the truth: the map, the view, the command.
-    found
-        The results. If there are curves, they are drawn below, with a table.
+    If there are curves, they are drawn below, with a table. The caption is written under the truth.
     """
     import matplotlib
 

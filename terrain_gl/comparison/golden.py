@@ -81,7 +81,12 @@ class GoldenPictures:
         Returns
         -------
         Frame
-            `image` and `stats`, for further assertions. An AssertionError says that the picture differs, or is missing.
+            `image` and `stats`, for further assertions.
+
+        Raises
+        ------
+        AssertionError
+            The picture differs, or there is no golden picture.
         """
         __tracebackhide__ = True  # pytest shows the line of the test
         heightmap, usual = self._opened(terrain, spacing_m)

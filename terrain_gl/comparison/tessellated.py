@@ -52,11 +52,6 @@ class Edges:
     parts
         The most parts that a side of a cell of the map is cut into. The heights are bilinear between posts. With 1, all
         vertices are on posts.
-
-    Raises
-    ------
-    UsageError
-        A value outside its range.
     """
 
     method: ClassVar[str] = "tessellated"

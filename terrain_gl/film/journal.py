@@ -23,14 +23,9 @@ class FlightJournal:
     Parameters
     ----------
     output
-        A folder of pictures, or a film in parts; it may be missing.
+        A folder of pictures, or a film in parts; it may be missing. One of another flight is refused.
     identity
         A value that JSON can hold; it is equal for flights with equal pictures.
-
-    Raises
-    ------
-    TerrainError
-        The folder holds pictures, or parts, of another flight.
     """
 
     def __init__(self, output: str | os.PathLike[str], identity: Any) -> None:
