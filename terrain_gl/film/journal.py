@@ -23,7 +23,7 @@ class FlightJournal:
     Parameters
     ----------
     output
-        A folder of pictures, or a film in parts; it may be missing. One of another flight is refused.
+        A folder of pictures, or a film in parts; it may be missing. If it holds another flight, it is refused.
     identity
         A value that JSON can hold; it is equal for flights with equal pictures.
     """
