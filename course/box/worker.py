@@ -95,7 +95,7 @@ def _call(
 
 
 def _attempt(action: Callable[[], object], file: Path) -> dict[str, Any]:
-    """The value of an action, or the error and its line in the student's file."""
+    """Run an action; return its value, or its error with the line in the student's file."""
     try:
         return {"value": action()}
     except BaseException as error:

@@ -118,7 +118,7 @@ def true_greedy(squares, triangles):
 def greedy(student, rng):
     """The leaf with the largest gain must be split, not the leaf with the largest error."""
     for name, squares in trees(rng).items():
-        for triangles in (2, 62, 301):  # 62 triangles can be had, 301 cannot
+        for triangles in (2, 62, 301):  # a tree can have 62 triangles, but not 301
             got, want = student.greedy(squares, triangles), true_greedy(squares, triangles)
             found = true_totals(squares, got)
             yield holds(f"{name}, {triangles} triangles", found is not None, NO_TREE)

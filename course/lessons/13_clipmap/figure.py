@@ -49,7 +49,7 @@ def drawn(level):
 
 
 def plain():
-    """Every unit of every ring as 2 × 2 segments: x, y, side, spacing, as log2."""
+    """Every unit of every ring, drawn as 2 × 2 segments: x, y, log2 of the side, log2 of the spacing."""
     found = []
     for level in range(RINGS):
         (x0, y0), units = drawn(level)
