@@ -189,5 +189,5 @@ def _tell_what_is_left(recorder: Recorder) -> None:
 
 
 def _has_parts(output: str) -> bool:
-    """Whether a film is written in parts. Only an .mp4 is; films of other formats are short."""
+    """Whether a film is written in parts. Only an .mp4 is; other formats are for short films."""
     return output.lower().endswith(".mp4")

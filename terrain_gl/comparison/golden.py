@@ -30,7 +30,7 @@ class GoldenPictures:
     Attributes
     ----------
     folder
-        The folder of the test's file. Golden pictures are in its subfolder `golden`. Names of maps are relative.
+        The folder of the test's file. Golden pictures are in its subfolder `golden`. Names of maps are relative to it.
     name
         Begins the name of each golden picture.
     failures

@@ -1,6 +1,6 @@
 """Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view: a comparison for our meshes.
 
-These trees know the true errors in the view. Our error tables do not, because they do not depend on the view. But a
+These trees know the true errors in the view. Our error tables do not know them, because they serve all views. But a
 leaf of these trees is always two triangles, and only posts are measured. Our meshes also have fans, cut edges, and
 vertices between posts. So our meshes can have a smaller error than these trees.
 """

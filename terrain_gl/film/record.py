@@ -65,8 +65,8 @@ class Recorder:
     fps
         Frames a second.
     first
-        Number of frames that a folder, or parts of a film, already hold; new frames follow them. With a number, also
-        0, an MP4 is written in parts (terrain_gl/film/parts.py).
+        Number of frames that a folder, or parts of a film, already hold; new frames follow them. If it is given, even
+        as 0, an MP4 is written in parts (terrain_gl/film/parts.py).
 
     Raises
     ------
