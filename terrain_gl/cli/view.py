@@ -66,13 +66,10 @@ def run(args: argparse.Namespace) -> int:
     def whole(progress: Callable[[float], None]) -> viewer.Opened:
         scene, offer = options.open_scene_or_sample(args, name, progress)
         laid = overlays.of(args, scene.heightmap)
-        return viewer.Opened(
-            scene.heightmap, scene.camera, scene.sun, key, asked, laid, offer, args.exaggeration or 1.0
-        )
+        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, laid, offer)
 
-    by_map = "sun", "exaggeration"
     asked_for = options.render_options(args)
-    given = {key: value for key, value in asked_for.items() if value is not None and key not in by_map}
+    given = {key: value for key, value in asked_for.items() if value is not None and key != "sun"}
     title = known.name if known else os.path.basename(name)
     window = {"size": args.size, "backend": args.backend, "fresh": args.fresh, "panel": False if args.plain else None}
     window |= {"ui_scale": args.ui_scale, "lecture": args.lecture}

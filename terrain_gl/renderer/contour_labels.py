@@ -21,7 +21,7 @@ _RIDGE = 1.25  # largest over smallest depth under a label; if it is larger, a r
 
 
 def contour_labels(
-    picture: Picture, camera: Camera, near_m: float, piece: Piece, interval_m: float, least_m: float, factor: float
+    picture: Picture, camera: Camera, near_m: float, piece: Piece, interval_m: float, least_m: float
 ) -> list[Label]:
     """Heights of the index lines that a piece of a picture shows, after it has been drawn.
 
@@ -31,8 +31,6 @@ def contour_labels(
         The view in which the picture was drawn.
     interval_m, least_m
         Metres between contour lines, and the least height that has lines.
-    factor
-        The heights of the map are this many times the true heights. The labels have the true heights.
     """
     depths = picture.depths()[:: _STEP * piece.fine, :: _STEP * piece.fine]
     first = np.array([piece.cols.start, piece.rows.start]) + 0.5
@@ -41,7 +39,7 @@ def contour_labels(
     places = _places(levels, z, max(1.0, piece.picture[1] / 720))
     heights_m = np.rint(levels[places[:, 1], places[:, 0]]) * INDEX_EVERY * interval_m
     is_there = heights_m >= least_m
-    names = [f"{height_m:.7g} m" for height_m in heights_m[is_there] / factor]
+    names = [f"{height_m:.7g} m" for height_m in heights_m[is_there]]
     return _apart(names, first + _STEP * places[is_there], max(1.0, piece.picture[1] / 720))
 
 

@@ -330,19 +330,13 @@ class Renderer:
         return labels_seen(self.overlays if overlays is None else overlays, self.picture, *self._drawn)
 
     @in_session
-    def contour_labels(self, contour_m: float | None, water_m: float | None = None, factor: float = 1.0) -> list[Label]:
-        """Heights of the index lines in the last picture; arguments as in `RenderOptions`.
-
-        Parameters
-        ----------
-        factor
-            The heights of the map are this many times the true heights. The labels have the true heights.
-        """
+    def contour_labels(self, contour_m: float | None, water_m: float | None = None) -> list[Label]:
+        """Heights of the index lines in the last picture; arguments as in `RenderOptions`."""
         if self._drawn is None or contour_m is None:
             return []
         interval = contour_m or interval_m(*self.heightmap.range_m)
         least_m = -math.inf if water_m is None else water_m
-        return contour_labels(self.picture, *self._drawn, interval, least_m, factor)
+        return contour_labels(self.picture, *self._drawn, interval, least_m)
 
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables are updated. See `Editor.edit`."""

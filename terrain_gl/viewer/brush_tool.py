@@ -65,20 +65,9 @@ class BrushTool:
         self.waits_for_headroom = True
         self._range_m = heightmap.quantised_m  # quantisation range before the brush was taken
         self._sculptor = Sculptor(renderer)
-        self._land_before: object = None  # the land when this brush was taken
         self._last: tuple[float, float] | None = None
         self._dabbed_s = float("-inf")
         self._begins = True
-
-    def take_over(self, before: BrushTool, factor: float) -> None:
-        """Take over the settings of the last map's brush. The new land is `factor` times as high."""
-        self.tool = before.tool
-        self.radius_m = before.radius_m
-        self.share = before.share
-        self.edits = before.edits
-        self.strength_m = factor * before.strength_m
-        self.azimuth_deg = before.azimuth_deg
-        self._land_before = before.land
 
     @property
     def most_radius_m(self) -> float:
@@ -156,7 +145,7 @@ class BrushTool:
     @property
     def land(self) -> object:
         """An object that identifies the present land. Undoing a stroke brings the same object back; None at first."""
-        return self._sculptor.land or self._land_before
+        return self._sculptor.land
 
     def undo(self) -> bool:
         """Undo the last stroke, with its dabs that are still due; False if there is none."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..heightmap import Heightmap, ground_m
-from .pose import Pose, hit_ground, not_too_steep, on_map, vector
+from .pose import Pose, hit_ground, not_too_steep, on_map, raised, vector
 
 MODES = ("fly", "orbit", "walk")
 EASE_S = 0.12  # τ
@@ -50,6 +50,8 @@ class Controller:
 
     Attributes
     ----------
+    exaggeration
+        How many times higher the ground is drawn than the heightmap says. All places are those of the drawn ground.
     pivot
         The point in world metres that the camera swings around; None if there is none.
     """
@@ -60,6 +62,7 @@ class Controller:
     bookmarks: dict[int, Pose] = field(default_factory=dict)
     held: set[str] = field(default_factory=set)
     mode: str = "fly"
+    exaggeration: float = 1.0
     bend_per_m: float = 0.0  # of the ground in the picture: `Camera.bend_per_m`
     eye: np.ndarray = field(init=False)
     azimuth_deg: float = field(init=False)
@@ -103,7 +106,7 @@ class Controller:
     @property
     def height_above_ground_m(self) -> float:
         """Height of the eye above the ground in metres; NaN over voids and outside the map."""
-        return float(self.eye[2] - ground_m(self.heightmap, self.eye[:2])[0])
+        return float(self.eye[2] - self._ground_m(self.eye))
 
     @property
     def speed_m_s(self) -> float:
@@ -121,8 +124,16 @@ class Controller:
     def _altitude_m(self) -> float:
         """Height that sets the speed: above the ground, or above the map's lowest post where there is no ground."""
         height_m = self.height_above_ground_m
-        height_m = float(self.eye[2]) - self.heightmap.range_m[0] if math.isnan(height_m) else height_m
+        height_m = float(self.eye[2]) - self._lowest_m if math.isnan(height_m) else height_m
         return max(abs(height_m), LOWEST * min(self.heightmap.spacing_m))
+
+    def _ground_m(self, place: np.ndarray) -> float:
+        """Height of the drawn ground; NaN over voids and outside the map."""
+        return self.exaggeration * float(ground_m(self.heightmap, place[:2])[0])
+
+    @property
+    def _lowest_m(self) -> float:
+        return self.exaggeration * self.heightmap.range_m[0]
 
     @property
     def eye_height_m(self) -> float:
@@ -135,6 +146,14 @@ class Controller:
         return 0.2 * self.eye_height_m if self.mode == "walk" else None
 
     # --- Places -------------------------------------------------------------------------------------------------------
+
+    def exaggerate(self, factor: float) -> None:
+        """Draw the ground `factor` times as high as it is; the eye keeps its place over it."""
+        ratio = factor / self.exaggeration
+        self.exaggeration = factor
+        self.start = replace(self.start, eye=raised(self.start.eye, ratio), target=raised(self.start.target, ratio))
+        self.pose = replace(self.pose, eye=raised(self.pose.eye, ratio))
+        self.change_mode(self.mode)
 
     def home(self) -> None:
         """Go back to the first view."""
@@ -189,7 +208,7 @@ class Controller:
         If the point is in the sky, the pivot is the ground in the picture's middle. If this is sky, too, the pivot is
         there, as far away as the map's longer side is long.
         """
-        hits = (_ground_at(self, *at) for at in ((x, y), (0.0, 0.0)))
+        hits = (self.ground_at(*at) for at in ((x, y), (0.0, 0.0)))
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
         self.pivot = next((hit for hit in hits if hit is not None), beyond)
         self._grabbed_m = float(np.linalg.norm(self.pivot - self.eye))
@@ -248,11 +267,11 @@ class Controller:
 
     def fly_to(self, x: float, y: float) -> bool:
         """Travel to the ground at a point of the picture, and look at it; False for the sky, and for a walker."""
-        if (seen := _ground_at(self, x, y)) is None or self.mode == "walk":
+        if (seen := self.ground_at(x, y)) is None or self.mode == "walk":
             return False
         place = on_map(seen, self.eye, self.bend_per_m)
         eye = place + NEARER * (self.eye - place)
-        lowest = np.fmax(ground_m(self.heightmap, eye[:2])[0], place[2]) + 2 * min(self.heightmap.spacing_m)
+        lowest = np.fmax(self._ground_m(eye), place[2]) + 2 * min(self.heightmap.spacing_m)
         eye[2] = np.fmax(eye[2], lowest)
         self.travel_to(Pose.of(Camera(vector(eye), vector(place), self.fov_deg)))
         return True
@@ -338,21 +357,19 @@ class Controller:
 
     def _move_to(self, eye: np.ndarray) -> None:
         """Move the eye, but not far away from the map, and not below the ground if the camera must stay above it."""
-        middle = np.array([*(0.5 * side for side in self.heightmap.extent_m), self.heightmap.range_m[0]])
+        middle = np.array([*(0.5 * side for side in self.heightmap.extent_m), self._lowest_m])
         farthest = np.maximum(FARTHEST_MAPS * max(self.heightmap.extent_m), np.abs(self.eye - middle))
         self.eye = np.clip(eye, middle - farthest, middle + farthest)
         if self.above_ground:
-            lowest = ground_m(self.heightmap, self.eye[:2])[0] + CLEARANCE * min(self.heightmap.spacing_m)
-            self.eye[2] = np.fmax(self.eye[2], lowest)
+            self.eye[2] = np.fmax(self.eye[2], self._ground_m(self.eye) + CLEARANCE * min(self.heightmap.spacing_m))
 
     def _step_on_ground(self, eye: np.ndarray) -> None:
         """Move the eye if there is ground. Voids and the edge of the map stop a walker."""
-        ground = ground_m(self.heightmap, eye[:2])[0]
-        if np.isfinite(ground):
+        ground = self._ground_m(eye)
+        if math.isfinite(ground):
             self.eye = np.array([eye[0], eye[1], ground + self.eye_height_m])
 
-
-def _ground_at(controller: Controller, x: float, y: float) -> np.ndarray | None:
-    """The ground at a point of the picture, as it is drawn; tangents as of `Controller.grab`."""
-    ray = np.array([x, y, 1.0]) @ controller.axes
-    return hit_ground(controller.heightmap, controller.eye, ray, controller.bend_per_m)
+    def ground_at(self, x: float, y: float) -> np.ndarray | None:
+        """The ground at a point of the picture, as it is drawn; None for the sky. Tangents as of `grab`."""
+        ray = np.array([x, y, 1.0]) @ self.axes
+        return hit_ground(self.heightmap, self.eye, ray, self.bend_per_m, self.exaggeration)

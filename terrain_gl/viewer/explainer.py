@@ -109,7 +109,8 @@ class Explainer:
 
     def take_sides(self, sides: list[RenderOptions]) -> None:
         """Show these sides, one or two, from now on."""
-        self._settings.sides = sides
+        exaggeration = self._scene.exaggeration
+        self._settings.sides = [side.otherwise(exaggeration=exaggeration) for side in sides]
         self._settings.active = 0
         self._split_from = None
 

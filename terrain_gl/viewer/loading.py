@@ -48,8 +48,6 @@ class Opened:
         Lines and points to draw over the map.
     offer
         For a coarse sample of a raster that needs a store, a line that offers the store; "" for a map.
-    exaggeration
-        Factor by which the relief is shown higher.
     rest
         Reads the map itself, if this is a coarse sample that is shown meanwhile; None for a map.
     note
@@ -63,7 +61,6 @@ class Opened:
     camera_given: bool = False
     overlays: tuple[Overlay, ...] = ()
     offer: str = ""
-    exaggeration: float = 1.0
     rest: Callable[[Callable[[float], None]], Opened] | None = None
     note: str = ""
 

@@ -1,4 +1,4 @@
-"""Loads maps while another map is shown: from a file, with another exaggeration, or with another spacing."""
+"""Loads maps while another map is shown: from a file, or the same map with another spacing or other heights."""
 
 import os
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from ..heightmap import Heightmap
 from ..renderer import Renderer
 from .frame_budget import FrameBudget
 from .loading import LoadJob, Opened, Opener, file_opener, preview, scaled
-from .scene import Scene, raised
+from .scene import Scene
 from .window_state import Size
 
 Pair = tuple[float, float]
@@ -38,7 +38,6 @@ class MapLoader:
         self.job: LoadJob | None = None
         self.fatal: Exception | None = None
         self.refused = ""
-        self._plain: Heightmap | None = None  # the map of the scene without exaggeration
 
     def open(self, name: str) -> None:
         """Begin to load a bundled map, by its name, or a file."""
@@ -58,61 +57,32 @@ class MapLoader:
         """Stop loading."""
         if self.job:
             self.job.cancel()
-            self._forget_job()
+            self.job = None
             self._scene.window.refresh()
-
-    def _forget_job(self) -> None:
-        self.job = self._scene.pending_exaggeration = None
 
     @property
     def can_cancel(self) -> bool:
         """Whether a map is loading, and another map remains if this stops."""
         return self.job is not None and self._scene.has_map and not self._scene.awaits_map
 
-    def exaggerate(self, factor: float) -> None:
-        """Begin to load the same map with all heights multiplied by `factor`."""
-        scene = self._scene
-        if not scene.has_map or scene.is_preview:
-            return
-        start = scene.controller.start
-        ratio = factor / scene.exaggeration
-        camera = replace(start, eye=raised(start.eye, ratio), target=raised(start.target, ratio))
-        opened = replace(scene.opened, camera=camera, sun=scene.settings.options.sun)
-        if scene.is_paged:
-            scene.go_on(opened, factor)
-            return
-        plain = self._plain_map()
-
-        def opener(progress: Callable[[float], None]) -> Opened:
-            return replace(opened, heightmap=scaled(plain, factor, progress))
-
-        self.load(f"{scene.heightmap.name} × {factor:.2f}", opener)
-        scene.pending_exaggeration = factor
-        self._plain = plain
-
     def hold_in_memory(self) -> None:
         """Begin to load the raster itself into memory, in place of its store; the view stays."""
         scene = self._scene
         how = scene.raster_behind
         assert how
-        opened = replace(scene.opened, sun=scene.settings.options.sun)
-        name = os.path.basename(how["path"])
-        factor = scene.exaggeration
+        given = {option: value for option, value in how.items() if value is not None}
+        opened = replace(scene.opened, sun=scene.settings.options.sun, rest=None)
 
         def opener(progress: Callable[[float], None]) -> Opened:
-            given = {option: value for option, value in how.items() if value is not None}
-            held = scaled(Heightmap.open(**given, progress=progress), factor)
-            return replace(opened, heightmap=held, rest=None)
+            return replace(opened, heightmap=Heightmap.open(**given, progress=progress))
 
-        self.load(name, opener)
-        self._plain = None
-        scene.pending_exaggeration = scene.exaggeration
+        self.load(os.path.basename(how["path"]), opener)
 
     def rescale(self, spacing_m: Pair | None = None, range_m: Pair | None = None) -> None:
         """Begin to load the same posts with other distances between them, or another lowest and highest height."""
         if not self._may_scale():
             return
-        plain = self._plain_map()
+        plain = self._scene.heightmap
         opened = self._scene.opened
         low_m, high_m = plain.range_m
         if (spacing_m or plain.spacing_m, range_m or plain.range_m) == (plain.spacing_m, plain.range_m):
@@ -137,18 +107,6 @@ class MapLoader:
             return False
         return self._scene.has_map and not self._scene.is_preview
 
-    def _plain_map(self) -> Heightmap:
-        return self._plain or scaled(self._scene.heightmap, 1 / self._scene.exaggeration)
-
-    def map_edited(self) -> None:
-        """Forget the map without exaggeration, because the land has been sculpted since."""
-        self._plain = None
-
-    def map_shown(self, opened: Opened) -> None:
-        """Record that a map is now shown, without exaggeration."""
-        self._plain = opened.heightmap
-        self.refused = ""
-
     def step(self) -> tuple[Renderer, Opened] | None:
         """Load for a while; returns a map to show now, or a preview of it.
 
@@ -166,6 +124,7 @@ class MapLoader:
             self._fail(job.error)
         elif job.renderer and job.opened:
             self.job = None
+            self.refused = ""
             return job.take(), job.opened
         elif not self._scene.has_map and job.sample:
             return Renderer(job.sample.heightmap, self._small_size, ctx=self._ctx), job.sample
@@ -174,7 +133,7 @@ class MapLoader:
         return None
 
     def _fail(self, error: Exception) -> None:
-        self._forget_job()
+        self.job = None
         if not self._scene.has_map or self._scene.awaits_map:
             self.fatal = error
             raise error

@@ -44,14 +44,13 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
 def _scale(ui: Widgets, viewer: Viewer) -> None:
     """Build fields for a scale that is missing or wrong in the file: the size of the map, and its heights."""
     heightmap = viewer.scene.heightmap
-    factor = viewer.scene.exaggeration
     east, north = heightmap.extent_m
     hint = "Metres east and north, or east alone, between the map's outer posts; with km they are kilometres."
     now = f"{east:.6g} × {north:.6g}"
     typed = ui.enter("map size", now, "metres, then Enter", hint)
     if typed is not None and typed != now:
         _set_size(viewer, typed)
-    low, high = (height / factor for height in heightmap.range_m)
+    low, high = heightmap.range_m
     hint = "Metres of the lowest and of the highest post. All heights in between are scaled."
     now = f"{low:.6g} to {high:.6g}"
     typed = ui.enter("heights", now, "lowest to highest", hint)

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
-import numpy as np
-
 from ..files.edits import check_edits_name, edits_of, write_tiles
 from ..files.writers import as_options, format_of, write_heightmap
 from ..heightmap import Heightmap
@@ -21,8 +19,6 @@ class MapWriter:
     ----------
     path
         The file; its ending names the format.
-    heightmap, exaggeration
-        The map, and the factor that its heights are divided by before they are written.
     land
         An object that identifies the map that was written.
 
@@ -39,8 +35,8 @@ class MapWriter:
         No format has this ending, or a store has no edits.
     """
 
-    def __init__(self, path: str, heightmap: Heightmap, exaggeration: float = 1.0, land: object = None) -> None:
-        write = self._edits(path, heightmap) if heightmap.is_store else self._map(path, heightmap, exaggeration)
+    def __init__(self, path: str, heightmap: Heightmap, land: object = None) -> None:
+        write = self._edits(path, heightmap) if heightmap.is_store else self._map(path, heightmap)
         self.path = path
         self.message = ""
         self.done = False
@@ -53,12 +49,11 @@ class MapWriter:
         self._thread.join()
 
     @staticmethod
-    def _map(path: str, heightmap: Heightmap, exaggeration: float) -> Callable[[], str]:
+    def _map(path: str, heightmap: Heightmap) -> Callable[[], str]:
         """A function that writes the whole map, and returns a text on how to open it again."""
         format_of(path)
-        plain = Heightmap(heightmap.heights / np.float32(exaggeration), heightmap.spacing_m, heightmap.name)
-        plain.georeference = heightmap.georeference
-        return lambda: as_options(write_heightmap(path, plain))
+        present = heightmap.copy()  # the land may be sculpted while the thread writes
+        return lambda: as_options(write_heightmap(path, present))
 
     @staticmethod
     def _edits(path: str, heightmap: Heightmap) -> Callable[[], str]:

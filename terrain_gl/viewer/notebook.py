@@ -14,7 +14,6 @@ import base64
 import os
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import moderngl
@@ -102,8 +101,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         if min(size) < 1 or max(size) > MOST_PX:
             raise UsageError(f"the view's size must be from 1x1 to {MOST_PX}x{MOST_PX}, got {size[0]}x{size[1]}")
         sun = options.pop("sun", known.sun if known else standard_sun(heightmap))
-        asked = RenderOptions(**options, sun=sun)
-        settings = Settings([replace(asked, exaggeration=1.0)], panel=panels)
+        settings = Settings([RenderOptions(**options, sun=sun)], panel=panels)
         super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px")
         self._started_s = time.monotonic()
         self._timer: asyncio.TimerHandle | None = None
@@ -116,7 +114,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
             self.app = App(self.ctx, self._target, size, settings)
             start = camera or (known.camera if known else standard_view(heightmap))
             self._closed = False
-            opened = Opened(heightmap, start, sun, heightmap.name, True, overlays, exaggeration=asked.exaggeration)
+            opened = Opened(heightmap, start, sun, heightmap.name, True, overlays)
             self.viewer.show(Renderer(heightmap, size, ctx=self.ctx), opened)
 
     # --- What it shows ------------------------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ from ..basics.words import metres
 from ..heightmap import Heightmap
 from ..readers.place import degrees
 from .controller import Controller
-from .pose import hit_ground
 from .widgets import Widgets
 from .window_state import Size
 
@@ -18,7 +17,7 @@ _LONGEST_EM = 8.0  # longest scale bar, in heights of the typeface
 
 def scale_bar(controller: Controller, size: Size, longest_px: float) -> tuple[float, float] | None:
     """A round length on the ground in the middle of the picture: metres and pixels; None for the sky."""
-    place = hit_ground(controller.heightmap, controller.eye, controller.axes[2], controller.bend_per_m)
+    place = controller.ground_at(0.0, 0.0)
     if place is None:
         return None
     depth_m = float(np.linalg.norm(place - controller.eye))
@@ -28,10 +27,10 @@ def scale_bar(controller: Controller, size: Size, longest_px: float) -> tuple[fl
     return length_m, length_m * px_per_m
 
 
-def place_lines(heightmap: Heightmap, place: np.ndarray, exaggeration: float = 1.0) -> list[str]:
+def place_lines(heightmap: Heightmap, place: np.ndarray) -> list[str]:
     """A place as text: height, degrees, and coordinates of the map's file; or metres from the south-west corner."""
     x, y, z = (float(v) for v in place)
-    height = f"height {z / exaggeration:.0f} m" if heightmap.range_m[1] >= 100 else f"height {z / exaggeration:.2f} m"
+    height = f"height {z:.0f} m" if heightmap.range_m[1] >= 100 else f"height {z:.2f} m"
     if heightmap.place is None:
         return [height, f"{x:.0f} m east, {y:.0f} m north of the corner"]
     east, north = heightmap.place.to_map(x, y)

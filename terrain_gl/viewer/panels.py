@@ -176,7 +176,7 @@ class Panels:
             imgui.begin_child("body", (0, 0), imgui.ChildFlags_.auto_resize_y)  # this part scrolls
             imgui.push_item_width(0.56 * width)
             if (viewer := self._viewer).ruler.taken:
-                measured = viewer.ruler.profile(viewer.scene.heightmap, viewer.scene.exaggeration)
+                measured = viewer.ruler.profile(viewer.scene.heightmap)
                 profile_plot.show(ui, measured)
             charts.show(ui, self._viewer.painter, self._viewer.scene.controller)
             self._show_sections(ui)
@@ -223,9 +223,7 @@ class Panels:
             bar = orientation.scale_bar(scene.controller, size, orientation.longest_px(ui))
             orientation.show(ui, scene.controller.azimuth_deg, bar)
             place = pointer.place_under(*pointer.over_land) if pointer.over_land else None
-            for line in (
-                orientation.place_lines(scene.heightmap, place, scene.exaggeration) if place is not None else []
-            ):
+            for line in orientation.place_lines(scene.heightmap, place) if place is not None else []:
                 ui.imgui.text_disabled(line)
             self._map_px = ui.imgui.get_window_size()[1] + MARGIN * ui.scale
 
@@ -304,7 +302,7 @@ class Panels:
         scene = self._viewer.scene
         place = self._viewer.explainer.place
         if place is not None:
-            imgui.text(", ".join(orientation.place_lines(scene.heightmap, place, scene.exaggeration)))
+            imgui.text(", ".join(orientation.place_lines(scene.heightmap, place)))
         imgui.text(explain_text.plain(patch))
         imgui.text_colored(ACCENT, explain_text.title(patch))
         if box := self._viewer.explainer.error_box:

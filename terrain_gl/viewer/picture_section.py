@@ -24,10 +24,9 @@ _ROWS = {  # choices that need no further code: label and option, with a line of
 
 @dataclass
 class PictureDraft:
-    """Values of sliders while they are being moved: the time of day, and a new exaggeration."""
+    """Values that only the panel knows: the time of day."""
 
     hour: float = 12.0
-    exaggeration: float | None = None
 
 
 def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
@@ -55,7 +54,9 @@ def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
     hint = "Colours of the ground from an image of the map, north up; empty: colours from height and slope."
     if (path := ui.enter("ground image", settings.options.material or "", PATH, hint)) is not None:
         viewer.images.read("material", path)
-    _exaggeration(ui, viewer, draft)
+    factor = ui.slide("exaggeration", viewer.scene.exaggeration, 0.25, 8.0, "How many times higher.", "× %.2f", True)
+    if factor is not None:
+        viewer.exaggerate(factor)
 
 
 def _contours(ui: Widgets, viewer: Viewer) -> None:
@@ -64,7 +65,7 @@ def _contours(ui: Widgets, viewer: Viewer) -> None:
     if ui.tick("contour lines", contour_m is not None, "Lines of equal height; each fifth is heavy (Shift C)."):
         settings.toggle_contours()
     elif contour_m is not None:
-        suits_m = interval_m(*(height / viewer.scene.exaggeration for height in viewer.scene.heightmap.range_m))
+        suits_m = interval_m(*viewer.scene.heightmap.range_m)
         hint = "Metres between contour lines; auto: an interval that suits the relief of the map."
         typed = ui.enter("interval", f"{contour_m:g}" if contour_m else f"auto: {suits_m:g} m", "auto", hint)
         if typed is not None:
@@ -77,16 +78,6 @@ def _set_contours(viewer: Viewer, typed: str) -> None:
         viewer.settings.change_all(contour_m=float(typed) if typed[:1].isdigit() else 0.0)
     except (ValueError, TerrainError):
         viewer.window.say(f"contour lines: expected metres between them, or auto, got {typed!r}")
-
-
-def _exaggeration(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
-    scene = viewer.scene
-    now = draft.exaggeration or scene.pending_exaggeration or scene.exaggeration
-    factor = ui.slide("exaggeration", now, 0.25, 8.0, "All heights are multiplied by this.", "× %.2f", True)
-    draft.exaggeration = factor or draft.exaggeration
-    if ui.imgui.is_item_deactivated_after_edit() and draft.exaggeration:
-        viewer.exaggerate(draft.exaggeration)
-        draft.exaggeration = None
 
 
 def latitude_of(heightmap: Heightmap) -> float:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .pose import hit_ground, on_map
+from .pose import on_map, raised, vector
 from .scene import Scene
 
 DIVIDER_PX = 8.0  # a press this close to the divider of a split picture drags it
@@ -34,9 +34,11 @@ class Pointer:
     def place_under(self, x: float, y: float) -> np.ndarray | None:
         """The place of the land at a pixel, in world metres; None for the sky."""
         controller = self._scene.controller
-        ray = np.array([*self.tangents(x, y), 1.0]) @ controller.axes
-        seen = hit_ground(controller.heightmap, controller.eye, ray, controller.bend_per_m)
-        return None if seen is None else on_map(seen, controller.eye, controller.bend_per_m)
+        seen = controller.ground_at(*self.tangents(x, y))
+        if seen is None:
+            return None
+        drawn = on_map(seen, controller.eye, controller.bend_per_m)
+        return np.array(raised(vector(drawn), 1 / controller.exaggeration))
 
     def side_at(self, x: float) -> int:
         """The side of a split picture at a column of pixels."""

@@ -67,6 +67,11 @@ class Pose:
         return Pose((x, y, z), azimuth % 360, elevation, fov)
 
 
+def raised(place: Vector, factor: float) -> Vector:
+    """A place in world metres with its height multiplied."""
+    return place[0], place[1], factor * place[2]
+
+
 def vector(place: np.ndarray) -> Vector:
     """Three plain numbers."""
     x, y, z = (float(v) for v in place)
@@ -78,22 +83,28 @@ def not_too_steep(elevation_deg: float) -> float:
     return min(max(elevation_deg, -STEEPEST_DEG), STEEPEST_DEG)
 
 
-def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, bend_per_m: float = 0.0) -> np.ndarray | None:
+def hit_ground(
+    heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, bend_per_m: float = 0.0, exaggeration: float = 1.0
+) -> np.ndarray | None:
     """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection.
 
-    The place is on the ray. Land far away is drawn lower by its drop (`Camera.bend_per_m`); `on_map` adds the drop.
+    The place is on the ray. The relief is drawn `exaggeration` times as high. Land far away is drawn lower by its drop
+    (`Camera.bend_per_m`); `on_map` adds the drop.
     """
+
+    def is_below(points: np.ndarray) -> np.ndarray:
+        return on_map(points, eye, bend_per_m)[:, 2] < exaggeration * ground_m(heightmap, points[:, :2])
+
     near, far = 0.1 * min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
     t = np.geomspace(near, max(far, 2 * near), 4000) / np.linalg.norm(ray)
     points = eye + t[:, None] * ray
-    below = np.flatnonzero(on_map(points, eye, bend_per_m)[:, 2] < ground_m(heightmap, points[:, :2]))
+    below = np.flatnonzero(is_below(points))
     if not len(below):
         return None
     first, last = t[max(below[0] - 1, 0)], t[below[0]]
     for _ in range(30):
         middle = 0.5 * (first + last)
-        point = eye + middle * ray
-        under = on_map(point, eye, bend_per_m)[2] < ground_m(heightmap, point[:2])[0]
+        under = is_below((eye + middle * ray)[None])[0]
         first, last = (first, middle) if under else (middle, last)
     return eye + last * ray
 

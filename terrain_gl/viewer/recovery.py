@@ -50,7 +50,7 @@ class Recovery:
     def _failed(self) -> bool:
         return self._writer is not None and bool(self._writer.message) and not self._writer.done
 
-    def write(self, heightmap: Heightmap, exaggeration: float, land: object) -> None:
+    def write(self, heightmap: Heightmap, land: object) -> None:
         """Begin to write this land in place of earlier land, in a thread.
 
         Raises
@@ -68,7 +68,7 @@ class Recovery:
             numbers = range(1, 10**6)
             names = (f"{stem}-{os.getpid()}-{number}{ending}" for number in numbers)
             self.path = next(self.folder / name for name in names if not (self.folder / name).exists())
-        self._writer = MapWriter(str(self.path), heightmap, exaggeration, land)
+        self._writer = MapWriter(str(self.path), heightmap, land)
 
     def join(self) -> None:
         """Wait until the file is written."""

@@ -34,13 +34,11 @@ class Profile(NamedTuple):
     descent_m: float
 
 
-def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0) -> Profile:
+def profile(heightmap: Heightmap, corners: np.ndarray) -> Profile:
     """The profile along straight legs.
 
     Parameters
     ----------
-    heightmap
-        The land; its heights are divided by `exaggeration`.
     corners
         (m, 2) the ends of the legs, in metres east and north, at least two. The profile has a place wherever a leg
         crosses a row or a column of posts. On long lines, places have equal distances, and are about `MOST`.
@@ -49,7 +47,7 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
     legs = zip(corners, corners[1:], strict=False)
     places = np.concatenate([*(leg(a, b, heightmap.spacing_m, most) for a, b in legs), corners[-1:]])
     along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
-    height_m = ground_m(heightmap, places) / exaggeration
+    height_m = ground_m(heightmap, places)
     known = np.isfinite(height_m)  # over a gap, the length is that of a straight line
     rises = np.diff(height_m[known])
     runs = np.diff(along_m[known])
@@ -98,6 +96,6 @@ class Ruler:
         """End the line; the next corner begins another line."""
         self._ended = len(self.corners) > 1
 
-    def profile(self, heightmap: Heightmap, exaggeration: float = 1.0) -> Profile | None:
+    def profile(self, heightmap: Heightmap) -> Profile | None:
         """The profile along the line; None before it has two corners."""
-        return profile(heightmap, np.array(self.corners), exaggeration) if len(self.corners) > 1 else None
+        return profile(heightmap, np.array(self.corners)) if len(self.corners) > 1 else None

@@ -333,10 +333,10 @@ class Saver:
             return
         spec = self._scene.frame_spec(SIZES[self.size])
         settings = self._scene.settings
-        options = replace(settings.options, contour_m=spec.sides[settings.active].contour_m)
-        options = replace(options, **self._scene.of_store(options)) if self._scene.is_paged else options
+        options = settings.options
+        options = self._scene.drawable(options) if self._scene.is_paged else options
         with self._told():
-            line = self.line_of(self._scene.renderer.heightmap, spec.camera, spec.size, options)
+            line = self.line_of(self._scene.heightmap, spec.camera, spec.size, options)
             self.on_copy(line)
             self._window.say(f"copied: {line}", MESSAGE_S)
 

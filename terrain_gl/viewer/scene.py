@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..camera import Camera, Vector
+from ..camera import Camera
+from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..readers.georeference import Georeference
 from ..renderer import Renderer
 from ..renderer.options import RenderOptions
-from ..shade.contours import interval_m
 from ..shade.picture import UNLIT, Look
 from .controller import Controller
 from .loading import Opened
-from .pose import Pose
+from .pose import Pose, raised
 from .settings import Settings
 from .window_state import Size, WindowState
 
@@ -30,7 +29,6 @@ class FrameSpec:
     size: Size
     sides: tuple[RenderOptions, ...]
     divider: float
-    exaggeration: float = 1.0  # of the map; labels of contours must give true heights
 
     def part(self, side: int) -> tuple[float, float]:
         """Where a side begins and ends, from 0 at the left edge to 1."""
@@ -56,10 +54,6 @@ class Scene:
         The map as it was read.
     is_preview
         Whether a coarse sample of the map is shown, because the tables of the whole map are not ready.
-    exaggeration
-        Factor of all heights.
-    pending_exaggeration
-        The new factor while the map is loaded with it; None otherwise.
     controller
         Moves the camera. There is one for each map.
     frozen
@@ -73,8 +67,6 @@ class Scene:
         self.settings = settings
         self.window = window
         self.is_preview = False
-        self.exaggeration = 1.0
-        self.pending_exaggeration: float | None = None
         self.frozen: Camera | None = None
         self._renderer: Renderer | None = None
 
@@ -86,9 +78,13 @@ class Scene:
 
     @property
     def heightmap(self) -> Heightmap:
-        """The map that is shown, with all edits; its heights are multiplied by the exaggeration."""
-        shown = self.renderer.heightmap
-        return _taller(shown, self.exaggeration) if self.is_paged and self.exaggeration != 1 else shown
+        """The map that is shown, with all edits; its heights are true."""
+        return self.renderer.heightmap
+
+    @property
+    def exaggeration(self) -> float:
+        """How many times higher the relief is drawn. The camera of the window is over this drawn land."""
+        return self.settings.options.exaggeration
 
     @property
     def awaits_map(self) -> bool:
@@ -134,9 +130,9 @@ class Scene:
     def enter(self, opened: Opened, bookmarks: dict[int, Pose], last_pose: Pose | None) -> None:
         """Begin with a new map: at its last view in an earlier run, or at its first view."""
         self.opened = opened
-        self.exaggeration = 1.0
-        start = opened.camera if opened.camera_given else self.beside_panel(opened.camera)
-        self.controller = Controller(opened.heightmap, start, bookmarks=bookmarks)
+        camera = self.of_view(opened.camera)
+        start = camera if opened.camera_given else self.beside_panel(camera)
+        self.controller = Controller(opened.heightmap, start, bookmarks=bookmarks, exaggeration=self.exaggeration)
         if last_pose and not opened.camera_given:
             self.controller.pose = last_pose
         self.settings.change_all(sun=opened.sun)
@@ -147,18 +143,20 @@ class Scene:
             return camera
         return Pose.of(camera).beside(0.5 * self.window.panel_px, self.window.size[1]).camera
 
-    def go_on(self, opened: Opened, factor: float) -> None:
-        """Continue with the same land, its heights multiplied by `factor`; the eye keeps its place over it."""
+    def go_on(self, opened: Opened) -> None:
+        """Continue with the map whose sample was shown; the camera keeps its place."""
         before = self.controller
-        ratio = factor / self.exaggeration
-        self.exaggeration = factor
-        heightmap = self.heightmap if self.is_paged else opened.heightmap
-        now = Controller(heightmap, opened.camera, before.above_ground, before.bookmarks, before.held)
-        now.pose = replace(before.pose, eye=raised(before.pose.eye, ratio))
-        now.change_mode(before.mode)
         self.opened = opened
-        self.controller = now
-        self.pending_exaggeration = None
+        self.controller = replace(before, heightmap=self.heightmap, start=self.of_view(opened.camera))
+        self.controller.pose = before.pose
+        self.controller.change_mode(before.mode)
+
+    def exaggerate(self, factor: float) -> None:
+        """Draw the relief `factor` times as high as it is; the eye keeps its place over the land."""
+        ratio = factor / self.exaggeration
+        self.settings.change_all(exaggeration=factor)
+        self.controller.exaggerate(factor)
+        self.frozen = self.frozen and _raised_camera(self.frozen, ratio)
 
     def frame_spec(self, size: Size | None = None) -> FrameSpec:
         """The picture that should be shown in the window, or the same picture of another size."""
@@ -167,53 +165,26 @@ class Scene:
             changes["near_m"] = near_m
         if self.frozen:
             changes["chosen_for"] = self.for_renderer(self.frozen)
-        sides = [replace(side, **changes, **self._of_map(side)) for side in self.settings.sides]
+        sides = tuple(replace(self.drawable(side), **changes) for side in self.settings.sides)
         camera = self.controller.camera
-        self.controller.bend_per_m = self.settings.sides[0].seen(self.heightmap, camera).bend_per_m
-        picture = self.for_renderer(camera), size or self.window.size, tuple(sides), self.settings.divider
-        return FrameSpec(*picture, 1.0 if self.is_paged else self.exaggeration)
+        self.controller.bend_per_m = bend_per_m(self.heightmap, sides[0].curvature, sides[0].refraction or 0.0)
+        return FrameSpec(self.for_renderer(camera), size or self.window.size, sides, self.settings.divider)
 
     def for_renderer(self, camera: Camera) -> Camera:
-        """A camera of the window as the renderer needs it: with true heights if the map is a store.
-
-        A map in memory is loaded again with higher relief. The relief of a store is exaggerated by `RenderOptions`.
-        """
-        return _camera_raised(camera, 1 / self.exaggeration) if self.is_paged else camera
+        """A camera of the window as the renderer needs it, which raises eye and target with the relief."""
+        return _raised_camera(camera, 1 / self.exaggeration)
 
     def of_view(self, camera: Camera) -> Camera:
         """The inverse of `for_renderer`."""
-        return _camera_raised(camera, self.exaggeration) if self.is_paged else camera
+        return _raised_camera(camera, self.exaggeration)
 
-    def _of_map(self, side: RenderOptions) -> dict[str, Any]:
-        """Options that depend on the map: a style that a preview can show, and contour lines at true heights."""
-        changes: dict[str, Any] = {"style": "lambert"} if self.is_preview and side.style in _OF_ERROR else {}
+    def drawable(self, side: RenderOptions) -> RenderOptions:
+        """The options as this map can be drawn: a store by the method "sat", a preview without errors."""
         if self.is_paged:
-            changes = self.of_store(side)
-        elif side.contour_m is not None and self.exaggeration != 1:
-            low_m, high_m = (height_m / self.exaggeration for height_m in self.heightmap.range_m)
-            changes["contour_m"] = self.exaggeration * (side.contour_m or interval_m(low_m, high_m))
-        return changes
-
-    def of_store(self, side: RenderOptions) -> dict[str, Any]:
-        """Changes of options that a store needs: the method "sat", exaggerated relief, and water at a true height."""
-        water_m = None if side.water_m is None else side.water_m / self.exaggeration
-        return {"method": "sat", "parameters": None, "exaggeration": self.exaggeration, "water_m": water_m}
+            return replace(side, method="sat", parameters=None)
+        return replace(side, style="lambert") if self.is_preview and side.style in _OF_ERROR else side
 
 
-def _taller(heightmap: Heightmap, factor: float) -> Heightmap:
-    """A store for reading alone, whose posts have `factor` times their heights."""
-    drawn = copy(heightmap)
-    drawn.heights = heightmap.heights * factor
-    low_m, high_m = heightmap.range_m
-    drawn.range_m = factor * low_m, factor * high_m
-    return drawn
-
-
-def _camera_raised(camera: Camera, factor: float) -> Camera:
+def _raised_camera(camera: Camera, factor: float) -> Camera:
     """A camera with the heights of its eye and of its target multiplied."""
     return replace(camera, eye=raised(camera.eye, factor), target=raised(camera.target, factor))
-
-
-def raised(place: Vector, factor: float) -> Vector:
-    """A place in world metres with its height multiplied."""
-    return place[0], place[1], factor * place[2]

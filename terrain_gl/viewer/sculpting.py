@@ -63,19 +63,13 @@ class Sculpting:
         self._saved: object = None  # the land that is in a file
         self._warned: object = _NO_LAND  # the land about which the user was warned that it is not in a file
 
-    def new_map(self, tool: BrushTool | None, factor: float | None = None) -> None:
-        """Sculpt another map from now on; with a factor, the same map that many times as high."""
+    def new_map(self, tool: BrushTool | None) -> None:
+        """Sculpt another map from now on."""
         self.cancel()
-        before = self.tool
         self.tool = tool
-        if not factor:
-            self.recovery.remove()
-            self._saved = None
-            self._warned = _NO_LAND
-        elif before and tool:
-            tool.take_over(before, factor)
-            if before.strokes[0]:
-                self._window.say("strokes from before the exaggeration cannot be undone")
+        self.recovery.remove()
+        self._saved = None
+        self._warned = _NO_LAND
 
     @property
     def unsaved(self) -> bool:
@@ -173,7 +167,7 @@ class Sculpting:
 
     def begin(self, place: np.ndarray) -> bool:
         """Begin a stroke at a place of the land; returns whether one begins."""
-        if not self.tool or self._is_blocked():
+        if not self.tool:
             return False
         self.held = True
         self.tool.begin(place, self._window.now_s)
@@ -233,8 +227,6 @@ class Sculpting:
         self._step_back(lambda tool: tool.redo(), "nothing to redo")
 
     def _step_back(self, step: Callable[[BrushTool], bool], nothing: str) -> None:
-        if self._is_blocked():
-            return
         self._drop_headroom()
         try:
             if self.tool and step(self.tool):
@@ -243,13 +235,6 @@ class Sculpting:
                 self._window.say(nothing)
         except TerrainError as error:
             self._window.say(str(error), MESSAGE_S)
-
-    def _is_blocked(self) -> bool:
-        """Whether an edit would be lost, because the map is loading with another exaggeration; a message says so."""
-        blocked = self._scene.pending_exaggeration is not None
-        if blocked:
-            self._window.say("the exaggeration is changing: sculpt when the new map is shown")
-        return blocked
 
     # --- The map as a file --------------------------------------------------------------------------------------------
 
@@ -266,7 +251,7 @@ class Sculpting:
             self._window.say("the brush is still at work" if self.tool else "the map is still being loaded")
         else:
             try:
-                self.writer = MapWriter(path, self._scene.renderer.heightmap, self._scene.exaggeration, self.tool.land)
+                self.writer = MapWriter(path, self._scene.heightmap, self.tool.land)
             except TerrainError as error:
                 self._window.say(str(error))
 
@@ -286,7 +271,7 @@ class Sculpting:
         """Begin to write unsaved land to the recovery file; returns its path, or "" if all land is saved."""
         if not self.tool or not self.unsaved:
             return ""
-        self.recovery.write(self._scene.renderer.heightmap, self._scene.exaggeration, self.tool.land)
+        self.recovery.write(self._scene.heightmap, self.tool.land)
         return str(self.recovery.path or "")
 
     def join(self) -> None:

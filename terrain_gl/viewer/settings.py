@@ -70,8 +70,9 @@ class Settings:
         """Move the divider; both sides keep a part of the picture, also where the panel is wider than the window."""
         self.divider = min(max(share, LEAST_SIDE), 1 - LEAST_SIDE)
 
-    def forget_budgets(self) -> None:
-        """Draw within a tolerance again, because a number of triangles suits only one map."""
+    def forget_map(self) -> None:
+        """Draw without exaggeration and within a tolerance again: a number of triangles suits only one map."""
+        self.change_all(exaggeration=1.0)
         self.sides = [side.otherwise(max_error_px=1.0) if side.triangles else side for side in self.sides]
 
     def toggle_contours(self) -> None:

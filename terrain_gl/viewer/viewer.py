@@ -105,7 +105,6 @@ class Viewer:
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
         self._moved_s: float | None = None
         self._asked_until_s = float("-inf")
-        self._entered = False  # whether there was a map
 
     def close(self) -> None:
         """Release resources, end all threads, and remember what the next run needs."""
@@ -135,7 +134,6 @@ class Viewer:
     def show(self, renderer: Renderer, opened: Opened) -> None:
         """Show a map from now on; the viewer releases its renderer."""
         scene = self.scene
-        factor = self.scene.pending_exaggeration
         is_preview = renderer.heightmap is not opened.heightmap or bool(opened.offer or opened.rest)
         replaces_preview = scene.has_map and scene.awaits_map
         never_wait(renderer)
@@ -143,7 +141,7 @@ class Viewer:
         self.painter.interrupt()
         self._draped = None
         tool = None if is_preview else BrushTool(renderer)
-        self.sculpting.new_map(tool, factor and factor / scene.exaggeration)
+        self.sculpting.new_map(tool)
         self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
         name = Path(opened.heightmap.name).name
@@ -153,12 +151,9 @@ class Viewer:
         if before:
             before.release()
         if not replaces_preview:
-            self._enter(opened)
+            self._enter(opened, is_first=before is None)
         elif opened is not scene.opened:  # a sample was shown, and this is its map
-            self.loader.map_shown(opened)
-            scene.go_on(opened, scene.exaggeration)
-        if replaces_preview and not is_preview and opened.exaggeration != 1:
-            self.exaggerate(opened.exaggeration)
+            scene.go_on(opened)
         if not is_preview:
             self._tell(opened)
         renderer.picture.waits_for_light = False
@@ -168,22 +163,14 @@ class Viewer:
         if self.lecture and not is_preview:
             self.lecture.begin()
 
-    def _enter(self, opened: Opened) -> None:
-        scene = self.scene
-        if scene.pending_exaggeration is not None:
-            scene.go_on(opened, scene.pending_exaggeration)
-            return
-        self.loader.map_shown(opened)
+    def _enter(self, opened: Opened, is_first: bool) -> None:
         self.states = self.memory.states(opened.key)
         self.ruler.clear()
-        if self._entered or self.settings.options.look == AUTO:  # a look that the user gave applies to the first map
+        if not is_first or self.settings.options.look == AUTO:  # a look that the user gave applies to the first map
             self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
-        if self._entered:
-            self.settings.forget_budgets()
-        self._entered = True
-        scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
-        if opened.exaggeration != 1 and not scene.is_preview:
-            self.exaggerate(opened.exaggeration)
+        if not is_first and opened.key != self.scene.opened.key:
+            self.settings.forget_map()
+        self.scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
 
     def _tell(self, opened: Opened) -> None:
         """Say how the map's file was understood, as the command line does."""
@@ -212,13 +199,10 @@ class Viewer:
             self.loader.open(name)
 
     def exaggerate(self, factor: float) -> None:
-        """Multiply all heights of the map."""
-        if self.sculpting.at_work:
-            self.window.say("the brush is still at work")
-        else:
-            self.loader.exaggerate(factor)
-            self._draped = None
-            self.window.refresh()
+        """Draw the relief `factor` times as high as it is."""
+        self.scene.exaggerate(factor)
+        self.painter.forget(at_once=True)
+        self.painter.light.stop()
 
     def hold_in_memory(self) -> None:
         """Load the raster itself into memory, in place of its store, unless edits would be lost."""
@@ -245,8 +229,6 @@ class Viewer:
         self._draped = None
         self.saver.map_changed()
         self.explainer.explanation = None
-        if self.sculpting.unsaved:
-            self.loader.map_edited()
         if settled:
             self.painter.light.stop()
 
@@ -420,11 +402,10 @@ class Viewer:
         lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
         if lines := [*self._draped, *lines]:
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
-            eye = scene.controller.camera
-            if scene.is_paged:  # the renderer divides all distances by the exaggeration
-                spec = scene.frame_spec()
-                eye = spec.sides[0].seen(scene.renderer.heightmap, spec.camera)
-                lines = [(points / scene.exaggeration, colour) for points, colour in lines]
+            spec = scene.frame_spec()
+            eye = spec.sides[0].seen(scene.heightmap, spec.camera)
+            shrunk = 1 / scene.exaggeration, 1 / scene.exaggeration, 1.0  # so the renderer draws the land
+            lines = [(points * shrunk, colour) for points, colour in lines]
             self._lines.draw(scene.renderer.picture, eye, self.target, self.window.size, lines, 2 * self.window.scale)
         if (box := self.explainer.box) and not self.settings.help:
             canvas.show_sums(box, self.target, self.sums_frame)

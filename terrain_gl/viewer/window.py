@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -84,7 +83,6 @@ def run(
         An option is outside its range.
     """
     RenderOptions(**options)  # errors come before a window opens
-    factor = options.pop("exaggeration", 1.0)
     load_imgui()
     memory = Memory(None if fresh else state_path())
     settings = Settings([RenderOptions(**memory.options).otherwise(**options)], **memory.panels)
@@ -92,7 +90,7 @@ def run(
     settings.ui_scale = memory.ui_scale if ui_scale is None else ui_scale
     if not UI_SCALES[0] <= settings.ui_scale <= UI_SCALES[1]:
         raise UsageError(f"ui scale: expected {UI_SCALES[0]:g} to {UI_SCALES[1]:g}, got {settings.ui_scale:g}")
-    opener = _opener(source, camera, options, overlays, factor) if isinstance(source, Heightmap) else source
+    opener = _opener(source, camera, options, overlays) if isinstance(source, Heightmap) else source
     stations = None if lecture is None else read_lecture(lecture or None)
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")
     job = LoadJob(name, opener)
@@ -113,11 +111,16 @@ def _opener(
     camera: Camera | None,
     options: dict[str, Any],
     overlays: tuple[Overlay, ...],
-    exaggeration: float,
 ) -> Opener:
     sun = options.get("sun") or standard_sun(heightmap)
-    opened = Opened(heightmap, camera or standard_view(heightmap), sun, key=heightmap.name, camera_given=bool(camera))
-    opened = replace(opened, overlays=overlays, exaggeration=exaggeration)
+    opened = Opened(
+        heightmap,
+        camera or standard_view(heightmap),
+        sun,
+        key=heightmap.name,
+        camera_given=bool(camera),
+        overlays=overlays,
+    )
     return lambda progress: opened
 
 

@@ -43,17 +43,22 @@ def test_a_large_map_has_a_preview_while_its_tables_are_built(empty):
 def test_a_map_that_had_a_preview_has_the_exaggeration_that_was_asked_for(empty):
     n = 4 * PREVIEW_POSTS + 1
     heightmap = Heightmap(np.add.outer(np.sin(np.arange(60) / 9.0), np.cos(np.arange(n) / 60.0)) * 20, 10.0, "long")
-    empty.settings.change_all(style="lambert")
-    opened = Opened(heightmap, Camera.default(heightmap), key="long", exaggeration=2.0)
+    empty.settings.change_all(style="lambert", exaggeration=2.0)
+    opened = Opened(heightmap, Camera.default(heightmap), key="long")
     set_budget(empty, slow())
     empty.loader.load("long", lambda progress: opened)
     empty.loader.job.join()
     while not empty.scene.has_map:
         later(empty)
-    assert empty.scene.is_preview and empty.scene.exaggeration == 1
+    assert empty.scene.is_preview and empty.scene.frame_spec().sides[0].exaggeration == 2
     set_budget(empty, swift())
     settle(empty)
-    assert empty.scene.exaggeration == 2 and empty.scene.heightmap.range_m[1] == 2 * heightmap.range_m[1]
+    assert not empty.scene.is_preview and empty.scene.frame_spec().sides[0].exaggeration == 2
+    assert empty.scene.controller.eye[2] == pytest.approx(2 * opened.camera.eye[2])
+    assert empty.scene.frame_spec().camera.eye[2] == pytest.approx(opened.camera.eye[2])
+    empty.loader.load("other", lambda progress: Opened(hills(), Camera.default(hills()), key="other"))
+    settle(empty)
+    assert empty.scene.exaggeration == 1
 
 
 def test_the_window_says_how_a_file_was_understood(viewer, tmp_path):
@@ -218,7 +223,7 @@ def test_size_and_heights_are_set(empty, tmp_path):
     settle(empty)
     map_section._set_size(empty, "2.56 × 5.12 km")
     settle(empty)
-    assert empty.scene.heightmap.spacing_m == (20.0, 40.0) and empty.scene.exaggeration == 1.0
+    assert empty.scene.heightmap.spacing_m == (20.0, 40.0) and empty.scene.exaggeration == 2.0
     map_section._set_heights(empty, "-100 to 1100")
     settle(empty)
     now, low = empty.scene.heightmap, heights.min()

@@ -33,7 +33,6 @@ def test_a_place_in_words():
     heightmap = hills()
     place = np.array([100.0, 250.0, 141.6])
     assert place_lines(heightmap, place) == ["height 142 m", "100 m east, 250 m north of the corner"]
-    assert place_lines(heightmap, place, exaggeration=2.0)[0] == "height 71 m"
     heightmap.georeference = Georeference(Grid(0.001, 0, 7.0, 0, -0.001, 46.129), DEGREES, (129, 129))
     assert place_lines(heightmap, place)[1:] == ["46.02550° N 7.01050° E"]
     heightmap.georeference = Georeference(Grid(10.0, 0, 500_000.0, 0, -10.0, 5_001_290.0), None, (129, 129))
@@ -45,6 +44,11 @@ def test_the_window_tells_where_one_is(app):
     app.mouse_move(600, 500)
     shown = texts(app)
     assert "\nN   " in shown and "height " in shown and "north of the corner" in shown
+    app.viewer.exaggerate(2.0)
+    settle(app)
+    place = app.viewer.pointer.place_under(600, 500)
+    truth = app.viewer.scene.renderer.height_at(place[0], place[1])
+    assert place[2] == pytest.approx(truth, abs=0.5) and f"height {truth:.0f} m" in texts(app)
     app.mouse_move(600, 3)  # the sky
     assert "north of the corner" not in texts(app)
     app.press("i")

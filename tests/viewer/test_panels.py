@@ -209,7 +209,7 @@ def test_exaggeration_raises_the_land_and_the_bound_holds(app):
     for factor in (2.5, 1.0):
         app.viewer.exaggerate(factor)
         settle(app)
-        assert np.array_equal(app.viewer.scene.renderer.heightmap.heights, heights * np.float32(factor))
+        assert np.array_equal(app.viewer.scene.heightmap.heights, heights)
         assert app.viewer.scene.controller.pose.eye[2] == pytest.approx(eye[2] * factor)
         assert app.viewer.painter.frame.measured_px["max"] <= 1
 
@@ -325,10 +325,15 @@ def test_contour_lines_keep_their_heights_in_exaggerated_land(app):
     app.press("shift+c")
     settle(app)
     assert 0.005 < changed(seen(app), before) < 0.3
-    heights = [app.viewer.scene.frame_spec().sides[0].contour_m]
     app.viewer.exaggerate(2.0)
     settle(app)
-    heights.append(app.viewer.scene.frame_spec().sides[0].contour_m)
-    assert heights == [0.0, 10.0]  # of 120 m of relief every 5 m, drawn twice as high
+    renderer = app.viewer.scene.renderer
+    drawn = renderer.picture.places()[0]
+    labels = renderer.contour_labels(0.0)
+    assert len(labels) > 2
+    for name, x, y, _ in labels:
+        col, row = drawn[int(y), int(x)]
+        x_m, y_m = 10 * col, 10 * (128 - row)
+        assert renderer.height_at(x_m, y_m) == pytest.approx(float(name.removesuffix(" m")), abs=3.0)
     app.press("shift+c")
     assert app.viewer.scene.frame_spec().sides[0].contour_m is None

@@ -53,7 +53,7 @@ def test_the_land_is_saved_and_opens_again(viewer, tmp_path, suffix):
     settle(viewer)
     viewer.exaggerate(2.0)
     settle(viewer)
-    heights = viewer.scene.renderer.heightmap.heights / 2
+    heights = viewer.scene.renderer.heightmap.heights
     path = tmp_path / f"land{suffix}"
     viewer.sculpting.save(str(path))
     viewer.sculpting.writer.join()
@@ -184,7 +184,7 @@ def test_another_map_ends_a_recording(viewer, tmp_path, monkeypatch):
     settle(viewer)
     press(viewer, "r")
     later(viewer, 0.1)
-    viewer.exaggerate(2.0)
+    viewer.rescale(spacing_m=(20.0, 20.0))
     settle(viewer)
     assert not viewer.saver.filming.running and not list(tmp_path.iterdir())
 
@@ -213,9 +213,11 @@ def test_an_exaggerated_map_is_copied_as_a_command_line(viewer, tmp_path):
     viewer.saver.line_of, viewer.saver.on_copy = command_line, told.append
     press(viewer, "y")
     words = shlex.split(told[0])
-    assert words[words.index("--z-scale") + 1] == "1.3"
-    again = Heightmap.open(words[2], z_scale=1.3)
-    assert np.array_equal(again.heights, viewer.scene.renderer.heightmap.heights) and again.heights.max() > 1000
+    assert words[words.index("--exaggeration") + 1] == "1.3"
+    assert float(words[words.index("--eye") + 1].split(",")[2]) == pytest.approx(
+        viewer.scene.controller.eye[2] / 1.3, rel=1e-3
+    )
+    assert np.array_equal(Heightmap.open(words[2]).heights, viewer.scene.heightmap.heights)
 
 
 def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monkeypatch):

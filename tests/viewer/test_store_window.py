@@ -245,10 +245,9 @@ def test_a_store_is_exaggerated_at_once(shown, hills, tmp_path, monkeypatch):
         place = viewer.pointer.place_under(x, y)
         drawn = places[y, x]
         assert (place[0] / 2, 199 - place[1] / 2) == pytest.approx(drawn, abs=1.5)
-        truth = 2 * scene.renderer.height_at(place[0], place[1])
-        assert place[2] == pytest.approx(truth, abs=1.0) and scene.heightmap.range_m[1] == 2 * hills[0].range_m[1]
-    viewer.settings.change_all(water_m=20.0)  # in the window's metres, as of a map in memory
-    assert scene.frame_spec().sides[0].water_m == 10.0
+        truth = scene.renderer.height_at(place[0], place[1])
+        assert place[2] == pytest.approx(truth, abs=1.0) and scene.heightmap.range_m[1] == hills[0].range_m[1]
+    viewer.settings.change_all(water_m=10.0)
     viewer.saver.line_of = command_line
     app.press("y")
     assert "--exaggeration 2" in viewer.window.message and "--water 10" in viewer.window.message
@@ -615,6 +614,7 @@ def test_a_large_raster_is_exaggerated_once_its_store_is_made(large, session_con
     gate.set()
     opener = opener_of(run, monkeypatch, raster, "--exaggeration", 2)
     with app_alone(session_context) as app:
+        app.viewer.settings.change_all(exaggeration=2.0)  # as the command gives it to the window
         app.viewer.loader.load(raster, opener)
         app.viewer.loader.job.join()
         until_complete(app)
@@ -624,7 +624,7 @@ def test_a_large_raster_is_exaggerated_once_its_store_is_made(large, session_con
         until_complete(app)
         scene = app.viewer.scene
         assert not scene.is_paged and scene.exaggeration == 2
-        assert scene.heightmap.range_m[1] == pytest.approx(2 * 548.5)
+        assert scene.heightmap.range_m[1] == pytest.approx(548.5)
 
 
 def test_a_large_raster_of_the_dialog_gets_a_store_too(large):
