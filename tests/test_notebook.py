@@ -156,7 +156,7 @@ def test_keys_are_those_of_the_window(view):
     browser.event("key_down", key="+", modifiers=["Shift"])
     assert view.viewer.settings.options.max_error_px == pytest.approx(2**0.5)
     browser.event("key_down", key="!", modifiers=["Shift"])
-    assert 1 in view.viewer.scene.controller.bookmarks
+    assert 1 in view.viewer.scene.bookmarks
     browser.event("key_down", key="ArrowLeft")
     view.viewer.scene.controller.step(0.1)
     assert view.viewer.scene.controller.azimuth_deg > 180

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import wraps
-from typing import Any, TypeVar, cast
+from functools import partial
+from typing import Any
 
 import moderngl
 
@@ -21,21 +21,12 @@ from .window_state import Size
 
 FAILED_WAIT_S = 0.25  # seconds until the next frame, after a frame that failed
 ERROR_S = 15.0  # how long the window shows an error
-_Handler = TypeVar("_Handler", bound=Callable[..., Any])
-
-
-def goes_on(handler: _Handler) -> _Handler:
-    """Decorate an event handler: the window shows its errors, and the app goes on."""
-
-    @wraps(handler)
-    def handled(app: App, *arguments: Any, **named: Any) -> Any:
-        return app.attempt(handler, app, *arguments, **named)
-
-    return cast(_Handler, handled)
 
 
 class App:
-    """Takes input and draws frames. An error in a frame or an event is shown in a line, and the app goes on.
+    """Takes input and draws frames. An error in a frame is shown in a line, and the app goes on.
+
+    The window and the notebook hand over each event by `attempt`, so the same holds for events.
 
     Parameters
     ----------
@@ -72,7 +63,7 @@ class App:
         self.gui = Gui(ctx, scale)
         self.viewer = Viewer(ctx, target, size, settings, memory, budget)
         self._fit(size)
-        self.panels = Panels(self.viewer, self.press)
+        self.panels = Panels(self.viewer, partial(self.attempt, self.press))
         self.captured = False
         self.errors: list[Exception] = []
         self._failed = False  # whether an error came in the last frame
@@ -137,7 +128,6 @@ class App:
 
     # --- The window ---------------------------------------------------------------------------------------------------
 
-    @goes_on
     def resize(self, size: Size, scale: float) -> None:
         """Follow a new size of the target in pixels, or a new scale."""
         self._screen = scale
@@ -154,7 +144,6 @@ class App:
         window.scale = scale
         window.panel_px = taken_px(size, scale)
 
-    @goes_on
     def drop(self, path: str, x: float, y: float) -> None:
         """Take a file that the user drops on the land, or on a field for an image."""
         option = IMAGES.get(self.gui.widgets.at(x, y))
@@ -165,14 +154,12 @@ class App:
 
     # --- Keys: named by their place on a US keyboard ------------------------------------------------------------------
 
-    @goes_on
     def press(self, key: str, repeated: bool = False) -> None:
         """Execute the command of a key, such as "ctrl+z"."""
         if key == "escape" and self.gui.close_list():
             return
         commands.press(self.viewer, key, repeated)
 
-    @goes_on
     def key_down(self, key: str, command: str, repeated: bool = False, moves: bool = True) -> None:
         """A key goes down.
 
@@ -198,19 +185,16 @@ class App:
         else:
             self.press(command, repeated)
 
-    @goes_on
     def key_up(self, key: str) -> None:
         """A key comes up."""
         self.gui.key(key, False)
         if self.viewer.scene.has_map:
             self.viewer.scene.controller.let_go(key)
 
-    @goes_on
     def write(self, character: int) -> None:
         """A character is typed."""
         self.gui.write(character)
 
-    @goes_on
     def lose_keyboard(self) -> None:
         """Release all keys, because another window has the keyboard now."""
         if self.viewer.scene.has_map:
@@ -218,7 +202,6 @@ class App:
 
     # --- The mouse: pixels count from the upper left ------------------------------------------------------------------
 
-    @goes_on
     def mouse_down(self, button: str, x: float, y: float) -> None:
         """A mouse button goes down."""
         if not self.captured:
@@ -227,14 +210,12 @@ class App:
                 return
         self.viewer.mouse.press(button, x, y)
 
-    @goes_on
     def mouse_up(self, button: str, x: float, y: float) -> None:
         """A mouse button comes up."""
         if not self.captured:
             self.gui.button(button, False)
         self.viewer.mouse.release(button, x, y)
 
-    @goes_on
     def mouse_move(self, x: float, y: float) -> None:
         """The cursor moves."""
         if not self.captured:
@@ -242,7 +223,6 @@ class App:
         over_panels = not self.captured and self.gui.covers(x, y)
         self.viewer.mouse.move(x, y, look=self.captured, over_panels=over_panels)
 
-    @goes_on
     def wheel(self, dx: float, dy: float, x: float, y: float, action: str = "") -> None:
         """The wheel turns; `action`: "zoom" with Ctrl, "speed" with Shift."""
         if not self.captured and self.gui.covers(x, y):

@@ -1,9 +1,11 @@
 """Every key and what it does, in one table, which the window executes and the help page shows."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from .controller import MODES
+from .state import apply, state_of
 from .viewer import Viewer
 
 
@@ -106,29 +108,21 @@ def _escape(viewer: Viewer) -> None:
         viewer.ask_quit()
 
 
-def _bookmarks() -> list[Command]:
-    """Nine bookmarks; the help page shows one line for all."""
+def _go_to(viewer: Viewer, n: int) -> None:
+    if state := viewer.scene.bookmarks.get(n):
+        apply(viewer.scene, viewer.explainer, state)
+    else:
+        viewer.window.say(f"bookmark {n} is not set: Ctrl {n} sets it")
 
-    def go_to(viewer: Viewer, n: int) -> None:
-        if not viewer.go_to(n):
-            viewer.window.say(f"bookmark {n} is not set: Ctrl {n} sets it")
 
-    def set_here(viewer: Viewer, n: int) -> None:
-        viewer.set_bookmark(n)
-        viewer.window.say(f"bookmark {n} is set here")
-
-    def goes(n: int) -> Command:
-        return Command("1 … 9", "travel to a bookmark", (str(n),), lambda s: go_to(s, n))
-
-    def sets(n: int) -> Command:
-        return Command("Ctrl 1 … 9", "set a bookmark here", (f"ctrl+{n}", f"shift+{n}"), lambda s: set_here(s, n))
-
-    return [command for n in range(1, 10) for command in (goes(n), sets(n))]
+def _set_bookmark(viewer: Viewer, n: int) -> None:
+    viewer.scene.bookmarks[n] = state_of(viewer.scene)
+    viewer.window.say(f"bookmark {n} is set here")
 
 
 PLUS = "+", "=", "shift+=", "shift++"  # the plus sign is on different keys of different keyboards
-
 CTRL_PLUS = "ctrl++", "ctrl+=", "ctrl+shift+=", "ctrl+shift++"
+_NUMBERS = range(1, 10)  # of bookmarks; the help page shows one line for all
 GROUPS: dict[str, list[Command]] = {
     "Move": [
         Command("W A S D", "forward, left, back, right"),
@@ -146,7 +140,11 @@ GROUPS: dict[str, list[Command]] = {
         Command("V", "fly, orbit the middle, or walk at eye height", ("v",), _next_mode),
         Command("G", "stay above ground, or not", ("g",), _toggle_ground),
         Command("Home", "back to the first view", ("home",), lambda s: s.scene.controller.home()),
-        *_bookmarks(),
+        *(Command("1 … 9", "travel to a bookmark", (f"{n}",), partial(_go_to, n=n)) for n in _NUMBERS),
+        *(
+            Command("Ctrl 1 … 9", "set a bookmark here", (f"ctrl+{n}", f"shift+{n}"), partial(_set_bookmark, n=n))
+            for n in _NUMBERS
+        ),
     ],
     "See": [
         Command("Tab  J", "next style; Shift Tab: the style before", ("tab", "j"), lambda s: _cycle(s, "style")),

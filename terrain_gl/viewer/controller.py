@@ -45,8 +45,6 @@ class Controller:
         The ground.
     start
         The first camera; `home` goes back to it.
-    bookmarks
-        Poses by number, 1 to 9.
 
     Attributes
     ----------
@@ -59,7 +57,6 @@ class Controller:
     heightmap: Heightmap
     start: Camera
     above_ground: bool = True
-    bookmarks: dict[int, Pose] = field(default_factory=dict)
     held: set[str] = field(default_factory=set)
     mode: str = "fly"
     exaggeration: float = 1.0
@@ -159,16 +156,6 @@ class Controller:
         """Go back to the first view."""
         self.mode = "fly"
         self.pose = Pose.of(self.start)
-
-    def set_bookmark(self, number: int) -> None:
-        """Set a bookmark, 1 to 9, at this pose."""
-        self.bookmarks[number] = self.pose
-
-    def go_to(self, number: int) -> bool:
-        """Travel to a bookmark; False if it is not set."""
-        if number in self.bookmarks:
-            self.travel_to(self.bookmarks[number])
-        return number in self.bookmarks
 
     def change_mode(self, mode: str) -> None:
         """Fly, orbit around the middle of the picture, or walk on the ground below."""

@@ -6,7 +6,7 @@ The file is $XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/stat
 
 import json
 import os
-from dataclasses import astuple
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,6 @@ from .state import checked
 
 MOST_MAPS = 50
 MOST_RECENT = 8
-_PANELS = ("panel",)
 _REMEMBERED = ("max_error_px", "metric", "method", "style")  # not `triangles`: a number of triangles suits only one map
 
 
@@ -74,18 +73,17 @@ class Memory:
         self._data["drawing"] = {key: value for key, value in lasting.items() if value is not None}
 
     @property
-    def panels(self) -> dict[str, Any]:
-        """Fields of `Settings`: which panels were shown."""
-        stored = self._part("panels")
-        return {key: stored[key] for key in _PANELS if isinstance(stored.get(key), bool)}
+    def panel(self) -> bool:
+        """Whether the panel was shown."""
+        return self._part("panels").get("panel") is not False
 
-    @panels.setter
-    def panels(self, panels: dict[str, bool]) -> None:
-        self._data["panels"] = panels
+    @panel.setter
+    def panel(self, shown: bool) -> None:
+        self._data["panels"] = {"panel": shown}
 
     @property
     def ui_scale(self) -> float:
-        """Factor of the sizes of type and panels, as the last run left it."""
+        """Factor of the sizes of type and panels."""
         stored = self._data.get("ui_scale")
         if isinstance(stored, int | float) and UI_SCALES[0] <= stored <= UI_SCALES[1]:
             return float(stored)
@@ -99,45 +97,38 @@ class Memory:
         """Whether a map was shown before."""
         return key in self._part("maps")
 
-    def bookmarks(self, key: str) -> dict[int, Pose]:
-        """The bookmarks of a map by number."""
-        stored = self._map(key).get("bookmarks")
-        poses = {n: _pose(stored.get(str(n))) for n in range(1, 10)} if isinstance(stored, dict) else {}
-        return {n: pose for n, pose in poses.items() if pose}
-
-    def states(self, key: str) -> dict[int, dict[str, Any]]:
-        """The states of a map's bookmarks, by number, as `state.state_of` gives them."""
+    def bookmarks(self, key: str) -> dict[int, dict[str, Any]]:
+        """The bookmarks of a map by number, as `state.state_of` gives them."""
         stored: Any = self._map(key).get("states")
         found = {}
         for n in range(1, 10):
             try:
+                Pose.read(stored[str(n)]["view"])  # a bookmark has a place of its own, not the name of a view
                 found[n] = checked(stored[str(n)], "bookmark")
-            except (TerrainError, TypeError, KeyError):
+            except (TerrainError, TypeError, ValueError, KeyError):
                 continue
         return found
 
     def last_pose(self, key: str) -> Pose | None:
         """The last view of a map."""
-        return _pose(self._map(key).get("pose"))
+        try:
+            pose = Pose.read(self._map(key)["pose"])
+            _ = pose.camera  # checks its numbers
+        except (KeyError, TypeError, ValueError, OverflowError, TerrainError):
+            return None
+        return pose
 
     def look(self, key: str) -> str | None:
         """The last look of a map's land, one of `light.climate.NAMES`; None if it is not known."""
         stored = self._map(key).get("look")
         return stored if stored in CHOICES["look"] else None
 
-    def note_map(
-        self,
-        key: str,
-        pose: Pose,
-        bookmarks: dict[int, Pose],
-        look: str,
-        states: dict[int, dict[str, Any]] | None = None,
-    ) -> None:
+    def note_map(self, key: str, pose: Pose, bookmarks: dict[int, dict[str, Any]], look: str) -> None:
         """Store the views and the look of a map. Only the latest maps are remembered."""
         maps = self._part("maps")
         maps.pop(key, None)
-        views = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}
-        maps[key] = views | {"look": look, "states": {str(n): state for n, state in (states or {}).items()}}
+        states = {str(n): state for n, state in bookmarks.items()}
+        maps[key] = {"pose": asdict(pose), "look": look, "states": states}
         self._data["maps"] = dict(list(maps.items())[-MOST_MAPS:])
 
     def recent(self, besides: str = "") -> list[str]:
@@ -174,18 +165,3 @@ class Memory:
     def _map(self, key: str) -> dict[str, Any]:
         entry = self._part("maps").get(key)
         return entry if isinstance(entry, dict) else {}
-
-
-def _flat(pose: Pose) -> list[float]:
-    eye, *angles = astuple(pose)
-    return [*eye, *angles]
-
-
-def _pose(stored: Any) -> Pose | None:
-    try:
-        x, y, z, azimuth, elevation, fov = (float(v) for v in stored)
-        pose = Pose((x, y, z), azimuth, elevation, fov)
-        _ = pose.camera  # checks its numbers
-    except (TypeError, ValueError, OverflowError, TerrainError):
-        return None
-    return pose

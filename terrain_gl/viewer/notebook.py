@@ -175,7 +175,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
             self._release()
         elif handler:
             with self.ctx:
-                handler(event)
+                self.app.attempt(handler, event)
             self.request_draw()
 
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:

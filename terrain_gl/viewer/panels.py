@@ -99,7 +99,7 @@ class Panels:
             "Sculpt": lambda ui: sections.sculpt_section(ui, s.scene, s.sculpting, press),
             "Picture": lambda ui: picture_section.picture_section(ui, s, self._draft),
             "Camera": lambda ui: sections.camera_section(ui, s.scene, press),
-            "Save": lambda ui: sections.save_section(ui, s.saver, s.scene.controller, press),
+            "Save": lambda ui: sections.save_section(ui, s.saver, s.scene, press),
         }
 
     def _shows_panel(self, ui: Widgets, size: Size) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,12 @@ class Pose:
         steep = math.hypot(east, north) < 1e-6  # straight down: the top of the picture gives the azimuth
         azimuth = math.degrees(math.atan2(*(top[:2] if steep else (east, north))))
         return cls(camera.eye, azimuth, not_too_steep(math.degrees(math.asin(up))), camera.fov_deg)
+
+    @classmethod
+    def read(cls, numbers: dict[str, Any]) -> Pose:
+        """The pose that `dataclasses.asdict` has turned into numbers."""
+        x, y, z = (float(v) for v in numbers["eye"])
+        return cls((x, y, z), *(float(numbers[name]) for name in ("azimuth_deg", "elevation_deg", "fov_deg")))
 
     @property
     def axes(self) -> np.ndarray:

@@ -23,6 +23,7 @@ from ..image import write_png
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
 from .painter import Painter
+from .pose import Pose
 from .scene import FrameSpec, Scene
 from .window_state import Size
 
@@ -342,13 +343,13 @@ class Saver:
 
     def save_path(self) -> None:
         """Save the bookmarks, in the order of their numbers, as a path that `terrain-gl fly` follows."""
-        poses = [pose for _, pose in sorted(self._scene.controller.bookmarks.items())]
-        if len(poses) < 2:
+        views = [Pose.read(state["view"]).camera for _, state in sorted(self._scene.bookmarks.items())]
+        if len(views) < 2:
             self._window.say("a path needs two bookmarks or more: Ctrl 1 … 9 set them")
             return
         path = free_path(self._scene.heightmap.name, "-path.json")
         with self._told():
-            CameraPath([Keyframe(self._scene.for_renderer(pose.camera)) for pose in poses]).save(str(path))
+            CameraPath([Keyframe(self._scene.for_renderer(view)) for view in views]).save(str(path))
             name = shlex.quote(self._scene.opened.key or "MAP")
             film = f"terrain-gl fly {name} --path {path} -o flight{film_suffix()}"
             self._window.say(f"saved {path.absolute()}; to make a film of it: {film}", MESSAGE_S)

@@ -58,6 +58,8 @@ class Scene:
         Moves the camera. There is one for each map.
     frozen
         The camera that the levels were chosen for, if they are frozen.
+    bookmarks
+        States of the window by number, 1 to 9: see `state.state_of`.
     """
 
     opened: Opened
@@ -68,6 +70,7 @@ class Scene:
         self.window = window
         self.is_preview = False
         self.frozen: Camera | None = None
+        self.bookmarks: dict[int, dict[str, Any]] = {}
         self._renderer: Renderer | None = None
 
     @property
@@ -127,12 +130,12 @@ class Scene:
         self.is_preview = is_preview
         return before
 
-    def enter(self, opened: Opened, bookmarks: dict[int, Pose], last_pose: Pose | None) -> None:
+    def enter(self, opened: Opened, last_pose: Pose | None) -> None:
         """Begin with a new map: at its last view in an earlier run, or at its first view."""
         self.opened = opened
         camera = self.of_view(opened.camera)
         start = camera if opened.camera_given else self.beside_panel(camera)
-        self.controller = Controller(opened.heightmap, start, bookmarks=bookmarks, exaggeration=self.exaggeration)
+        self.controller = Controller(opened.heightmap, start, exaggeration=self.exaggeration)
         if last_pose and not opened.camera_given:
             self.controller.pose = last_pose
         self.settings.change_all(sun=opened.sun)

@@ -11,7 +11,7 @@ from ..renderer.methods import BASELINES, REGISTRY
 from ..renderer.options import CHOICES
 from . import tile_map
 from .brush_tool import BrushTool
-from .controller import MODES, Controller
+from .controller import MODES
 from .legend import COLOURS, legend
 from .painter import Painter
 from .pose import Pose
@@ -169,22 +169,22 @@ def camera_section(ui: Widgets, scene: Scene, press: Press) -> None:
         press("g")
     if ui.button("Home", "Back to the first view (Home)."):
         press("home")
-    _bookmarks(ui, controller, press)
+    _bookmarks(ui, scene, press)
 
 
-def _bookmarks(ui: Widgets, controller: Controller, press: Press) -> None:
+def _bookmarks(ui: Widgets, scene: Scene, press: Press) -> None:
     ui.imgui.text_disabled("Bookmarks: + sets one; its number travels there.")
     for number in range(1, 10):
         if number > 1:
             ui.imgui.same_line()
-        if number in controller.bookmarks:
+        if number in scene.bookmarks:
             if ui.button(str(number), f"Travel to bookmark {number} (key {number})."):
                 press(str(number))
         elif ui.button(f"+##{number}", f"Set bookmark {number} here (Ctrl {number})."):
             press(f"ctrl+{number}")
 
 
-def save_section(ui: Widgets, saver: Saver, controller: Controller, press: Press) -> None:
+def save_section(ui: Widgets, saver: Saver, scene: Scene, press: Press) -> None:
     """Build the section on saving."""
     hint = "Size of saved pictures; it does not depend on the window."
     saver.size = ui.choose("size", saver.size, list(SIZES), hint) or saver.size
@@ -199,5 +199,5 @@ def save_section(ui: Widgets, saver: Saver, controller: Controller, press: Press
     if ui.button("Save the mesh", "The triangles that are drawn, in metres (O)."):
         press("o")
     hint = "The bookmarks as a camera path; terrain-gl fly makes a film of it (K)."
-    if ui.button("Save the camera path", hint, len(controller.bookmarks) > 1):
+    if ui.button("Save the camera path", hint, len(scene.bookmarks) > 1):
         press("k")

@@ -57,7 +57,7 @@ def checked(state: Any, where: str) -> dict[str, Any]:
             _options(side, RenderOptions())
         for view in (state.get("view", FIRST), state.get("frozen") or FIRST):
             if not isinstance(view, str):
-                _ = _pose(view).camera
+                _ = Pose.read(view).camera
             elif view not in (FIRST, *VIEWS):
                 raise UsageError(f"view: expected one of {', '.join((FIRST, *VIEWS))}, got {view!r}")
         if not 0 < float(state.get("divider", 0.5)) < 1:
@@ -84,14 +84,10 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
 
 
 def _camera(scene: Scene, view: Any) -> Camera:
-    if view == FIRST:
-        return scene.opened.camera
-    return scene.of_view(VIEWS[view](scene.heightmap.coarse(), 45.0)) if isinstance(view, str) else _pose(view).camera
-
-
-def _pose(view: dict[str, Any]) -> Pose:
-    x, y, z = (float(v) for v in view["eye"])
-    return Pose((x, y, z), *(float(view[name]) for name in ("azimuth_deg", "elevation_deg", "fov_deg")))
+    if not isinstance(view, str):
+        return Pose.read(view).camera
+    named = scene.opened.camera if view == FIRST else VIEWS[view](scene.heightmap.coarse(), 45.0)
+    return scene.of_view(named)
 
 
 def _options(side: dict[str, Any], base: RenderOptions) -> RenderOptions:

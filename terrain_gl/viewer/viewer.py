@@ -4,7 +4,7 @@ It knows neither a window system nor panels (app.py). The time of a frame is an 
 """
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import moderngl
 
@@ -34,7 +34,6 @@ from .saver import Saver
 from .scene import Scene
 from .sculpting import Sculpting
 from .settings import Settings
-from .state import apply, state_of
 from .store_tiles import StoreTiles, never_wait
 from .window_state import Frame, Size, WindowState
 
@@ -99,7 +98,6 @@ class Viewer:
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self.lecture: Lecture | None = None
-        self.states: dict[int, dict[str, Any]] = {}  # states of bookmarks, by number
         self.lost: list[Path] = []  # recovery files of windows that the user did not close
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
@@ -126,7 +124,7 @@ class Viewer:
             self._lines.release()
         self.memory.options = self.explainer.unsplit
         self.memory.ui_scale = self.settings.ui_scale
-        self.memory.panels = {"panel": self.settings.panel}
+        self.memory.panel = self.settings.panel
         self.memory.save()
 
     # --- The map ------------------------------------------------------------------------------------------------------
@@ -164,13 +162,13 @@ class Viewer:
             self.lecture.begin()
 
     def _enter(self, opened: Opened, is_first: bool) -> None:
-        self.states = self.memory.states(opened.key)
+        self.scene.bookmarks = self.memory.bookmarks(opened.key)
         self.ruler.clear()
         if not is_first or self.settings.options.look == AUTO:  # a look that the user gave applies to the first map
             self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
         if not is_first and opened.key != self.scene.opened.key:
             self.settings.forget_map()
-        self.scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
+        self.scene.enter(opened, self.memory.last_pose(opened.key))
 
     def _tell(self, opened: Opened) -> None:
         """Say how the map's file was understood, as the command line does."""
@@ -188,10 +186,10 @@ class Viewer:
         return self.painter.frame.name + "*" * self.sculpting.unsaved
 
     def _remember_map(self) -> None:
-        if self.scene.has_map:
-            controller = self.scene.controller
+        scene = self.scene
+        if scene.has_map:
             look = self.settings.options.look
-            self.memory.note_map(self.scene.opened.key, controller.pose, controller.bookmarks, look, self.states)
+            self.memory.note_map(scene.opened.key, scene.controller.pose, scene.bookmarks, look)
 
     def open(self, name: str) -> None:
         """Load a bundled map or a file, unless edits would be lost."""
@@ -235,18 +233,6 @@ class Viewer:
     def _clicked(self, x: float, y: float) -> None:
         if not self.saver.shot:  # otherwise the renderer is drawing another picture
             self.explainer.explain(x, y)
-
-    def set_bookmark(self, number: int) -> None:
-        """Set a bookmark at this place: camera, style, method, tolerance, split, frozen levels."""
-        self.scene.controller.set_bookmark(number)
-        self.states[number] = state_of(self.scene)
-
-    def go_to(self, number: int) -> bool:
-        """Travel to a bookmark, and show its state; False if it is not set."""
-        if number in self.states:
-            apply(self.scene, self.explainer, self.states[number])
-            return True
-        return self.scene.controller.go_to(number)
 
     def cancel(self) -> bool:
         """Cancel one piece of long work; returns whether there was any."""

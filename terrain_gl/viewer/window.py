@@ -85,11 +85,11 @@ def run(
     RenderOptions(**options)  # errors come before a window opens
     load_imgui()
     memory = Memory(None if fresh else state_path())
-    settings = Settings([RenderOptions(**memory.options).otherwise(**options)], **memory.panels)
-    settings.panel = settings.panel if panel is None else panel
-    settings.ui_scale = memory.ui_scale if ui_scale is None else ui_scale
-    if not UI_SCALES[0] <= settings.ui_scale <= UI_SCALES[1]:
-        raise UsageError(f"ui scale: expected {UI_SCALES[0]:g} to {UI_SCALES[1]:g}, got {settings.ui_scale:g}")
+    panel = memory.panel if panel is None else panel
+    ui_scale = memory.ui_scale if ui_scale is None else ui_scale
+    if not UI_SCALES[0] <= ui_scale <= UI_SCALES[1]:
+        raise UsageError(f"ui scale: expected {UI_SCALES[0]:g} to {UI_SCALES[1]:g}, got {ui_scale:g}")
+    settings = Settings([RenderOptions(**memory.options).otherwise(**options)], panel=panel, ui_scale=ui_scale)
     opener = _opener(source, camera, options, overlays) if isinstance(source, Heightmap) else source
     stations = None if lecture is None else read_lecture(lecture or None)
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")

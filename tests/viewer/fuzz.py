@@ -35,7 +35,7 @@ class Fuzz:
             before = self.land()
             name, arguments = self.event()
             self.log = [*self.log[-19:], (name, *arguments)]
-            getattr(self.app, name)(*arguments)
+            self.app.attempt(getattr(self.app, name), *arguments)
             self.now_s += self.step_s * float(self.random.choice([1, 1, 1, 10]))
             self.app.frame(self.now_s)
             try:

@@ -276,25 +276,21 @@ def test_arrows_turn_the_head(controller):
     assert not controller.moving
 
 
-def test_bookmarks_are_travelled_to_smoothly(controller):
-    assert not controller.go_to(3)
+def test_the_camera_travels_smoothly(controller):
     there = Pose((100.0, 700.0, 500.0), 350.0, -30.0, 40.0)
-    controller.bookmarks[3] = there
     start = controller.pose
-    assert controller.go_to(3) and controller.moving
+    controller.travel_to(there)
+    assert controller.moving
     controller.step(TRAVEL_S / 2)
     half = controller.pose
     assert np.allclose(half.eye, (np.array(start.eye) + there.eye) / 2)
     assert half.azimuth_deg == pytest.approx(355.0)  # from 0 to 350 the short way
     controller.step(TRAVEL_S)
     assert controller.pose == there and not controller.moving
-    controller.set_bookmark(4)
-    assert controller.bookmarks[4] == there
 
 
 def test_a_key_ends_the_travel(controller):
-    controller.bookmarks[1] = Pose((100.0, 700.0, 500.0), 350.0, -30.0, 40.0)
-    controller.go_to(1)
+    controller.travel_to(Pose((100.0, 700.0, 500.0), 350.0, -30.0, 40.0))
     controller.press("d")
     controller.let_go("d")
     assert not controller.moving

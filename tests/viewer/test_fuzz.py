@@ -50,7 +50,7 @@ def test_an_error_is_shown_in_a_line_and_the_program_goes_on(app, monkeypatch, p
         owner = getattr(owner, each)
     with monkeypatch.context() as broken:
         broken.setattr(owner, name, fails)
-        app.mouse_move(600, 300)
+        app.attempt(app.mouse_move, 600, 300)  # as window and notebook do
         app.viewer.window.refresh()
         later(app, 0.1)
         later(app, 0.1)

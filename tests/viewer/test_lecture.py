@@ -92,9 +92,9 @@ def test_a_bookmark_keeps_the_whole_state(app, tmp_path):
     assert viewer.settings.sides == sides and viewer.scene.frozen
     assert (*there.eye, there.azimuth_deg) == pytest.approx((*pose.eye, pose.azimuth_deg))
     memory = Memory(tmp_path / "view.json")
-    memory.note_map("hills", pose, viewer.scene.controller.bookmarks, "auto", viewer.states)
+    memory.note_map("hills", pose, viewer.scene.bookmarks, "auto")
     memory.save()
-    assert Memory(tmp_path / "view.json").states("hills") == {2: kept}
+    assert Memory(tmp_path / "view.json").bookmarks("hills") == {2: kept}
     damaged = (tmp_path / "view.json").read_text().replace('"lod"', '"none"')
     (tmp_path / "view.json").write_text(damaged)
-    assert Memory(tmp_path / "view.json").states("hills") == {}
+    assert Memory(tmp_path / "view.json").bookmarks("hills") == {}

@@ -321,7 +321,7 @@ def test_bookmarks_become_a_path(viewer, tmp_path, monkeypatch):
     press(viewer, "ctrl+1")
     press(viewer, "k")
     path = CameraPath.open("hills-001-path.json")
-    assert [frame.camera.eye for frame in path.keyframes] == [viewer.scene.controller.bookmarks[n].eye for n in (1, 2)]
+    assert [frame.camera.eye for frame in path.keyframes] == [viewer.scene.bookmarks[n]["view"]["eye"] for n in (1, 2)]
     assert "fly MAP --path hills-001-path.json" in viewer.window.message  # these hills have no file
     viewer.scene.opened = replace(viewer.scene.opened, key="alpine")
     press(viewer, "k")

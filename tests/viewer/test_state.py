@@ -1,5 +1,7 @@
 """What the window remembers from one run to the next."""
 
+from dataclasses import asdict
+
 import pytest
 from viewers import hills
 
@@ -18,18 +20,17 @@ from terrain_gl.viewer.viewer import Viewer
 def test_memory_comes_back(tmp_path):
     pose = Pose((1.0, 2.0, 3.0), 4.0, 5.0, 60.0)
     memory = Memory(tmp_path / "deep" / "view.json")
-    memory.window, memory.options, memory.panels = (
-        (800, 600),
-        RenderOptions(2.5, style="lod", sun=(1, 2)),
-        {"panel": False},
-    )
-    memory.note_map("hills", pose, {3: pose}, "green")
+    state = {"view": asdict(pose), "sides": [{"style": "lod"}], "divider": 0.5, "frozen": None, "sums": False}
+    memory.window, memory.options, memory.panel = (800, 600), RenderOptions(2.5, style="lod", sun=(1, 2)), False
+    memory.note_map("hills", pose, {3: state}, "green")
     memory.save()
     again = Memory(tmp_path / "deep" / "view.json")
     assert memory.complaint == again.complaint == ""
-    assert again.window == (800, 600) and again.panels == {"panel": False}
+    assert again.window == (800, 600) and not again.panel
     assert again.options == {"max_error_px": 2.5, "metric": "max", "method": "sat", "style": "lod"}
-    assert again.bookmarks("hills") == {3: pose} and again.last_pose("hills") == pose
+    assert Pose.read(again.bookmarks("hills")[3].pop("view")) == pose and again.last_pose("hills") == pose
+    del state["view"]
+    assert again.bookmarks("hills")[3] | {"view": 0} == state | {"view": 0}
     assert again.look("hills") == "green" and again.look("other") is None
     assert again.bookmarks("other") == {} and again.last_pose("other") is None
 
@@ -38,14 +39,14 @@ def test_memory_comes_back(tmp_path):
     "text",
     ["", "{", "[]", "null", "\0\xff", '{"window": [1, "x"], "drawing": {"style": 5}, "panels": 3, "maps": []}']
     + ['{"window": [1e999, 0], "drawing": {"max_error_px": "much"}, "maps": {"hills": {"pose": [1, 2]}}}']
-    + ['{"maps": {"hills": {"bookmarks": 7, "pose": [1e99, 0, 0, 0, 0, 0]}}}', '{"drawing": {"max_error_px": -1}}']
-    + ['{"maps": {"hills": {"bookmarks": {"1": [NaN]}}}}'],
+    + ['{"maps": {"hills": {"states": 7, "pose": [1e99, 0, 0, 0, 0, 0]}}}', '{"drawing": {"max_error_px": -1}}']
+    + ['{"maps": {"hills": {"states": {"1": {"view": {"eye": [NaN]}}}}}}'],
 )
 def test_a_damaged_memory_is_ignored(tmp_path, text):
     path = tmp_path / "view.json"
     path.write_text(text, "latin-1")
     memory = Memory(path)
-    assert (memory.window, memory.options, memory.panels) == (None, {}, {})
+    assert (memory.window, memory.options, memory.panel) == (None, {}, True)
     assert (memory.bookmarks("hills"), memory.last_pose("hills")) == ({}, None)
     assert text.startswith('{"') or (len(memory.complaint.splitlines()) == 1 and "ignored" in memory.complaint)
     memory.window = (640, 480)
@@ -81,4 +82,6 @@ def test_a_map_is_shown_again_as_it_was_left(ctx, target, tmp_path):
         poses.append(viewer.scene.controller.pose)
         viewer.close()
     assert poses[2] == poses[1] != poses[0]
-    assert Memory(tmp_path / "view.json").bookmarks("hills")[2] == poses[3]
+    assert Memory(tmp_path / "view.json").bookmarks("hills")[2]["view"] == asdict(poses[3]) | {
+        "eye": list(poses[3].eye)
+    }

@@ -92,7 +92,7 @@ def test_keys_do_what_they_say(viewer, tmp_path, monkeypatch):
         if key not in ("escape", "ctrl+q", "p", "r", "ctrl+s", "ctrl+o", "shift+r"):
             press(viewer, key)
             settle(viewer)
-    assert set(viewer.scene.controller.bookmarks) == set(range(1, 10))
+    assert set(viewer.scene.bookmarks) == set(range(1, 10))
     press(viewer, "nonsense")
     viewer.settings.help = 1
     press(viewer, "escape")
