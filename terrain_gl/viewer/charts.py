@@ -35,9 +35,9 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     _title(ui, "Error", error_words(frame))
     _errors(ui, records)
     ui.hint("error", _error_hint(painter.history.largest_jump_px))
-    above = frame.height_m
+    above = controller.height_above_ground_m
     height = f"{metres(above)} above ground" if above == above else "no ground below"
-    _title(ui, controller.mode.capitalize(), f"{height}, {metres(frame.speed_m_s)}/s")
+    _title(ui, controller.mode.capitalize(), f"{height}, {metres(controller.speed_m_s)}/s")
 
 
 def _frame_words(frame: FrameStats, timer: str) -> str:

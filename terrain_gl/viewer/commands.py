@@ -10,27 +10,13 @@ from .viewer import Viewer
 
 
 class Command(NamedTuple):
-    """One command.
+    """One command."""
 
-    Attributes
-    ----------
-    shown
-        The keys as the help page shows them; "" if another line already shows them.
-    help
-        The effect of the keys, in a line.
-    keys
-        Names of the keys, such as "ctrl+shift+z"; empty if the camera or the mouse handles them.
-    act
-        Executes the command.
-    repeats
-        Whether a held key repeats the command.
-    """
-
-    shown: str
-    help: str
-    keys: tuple[str, ...] = ()
+    shown: str  # the keys as the help page shows them; "" if another line already shows them
+    help: str  # the effect of the keys, in a line
+    keys: tuple[str, ...] = ()  # such as "ctrl+shift+z"; none if the camera or the mouse handles them
     act: Callable[[Viewer], None] | None = None
-    repeats: bool = False
+    repeats: bool = False  # whether a held key repeats the command
 
 
 def press(viewer: Viewer, key: str, repeated: bool = False) -> None:
@@ -88,9 +74,7 @@ def _toggle_help(viewer: Viewer) -> None:
 
 def _escape(viewer: Viewer) -> None:
     """Cancel one piece of work. If there is none, close one open thing. If nothing is open, ask whether to quit."""
-    if viewer.cancel():
-        return
-    if viewer.files.close():
+    if viewer.cancel() or viewer.files.close():
         return
     if viewer.settings.help:
         viewer.settings.help = False

@@ -14,16 +14,10 @@ Sun = tuple[float, float]
 
 
 class Filming:
-    """Records at most one flight at a time.
-
-    Attributes
-    ----------
-    near_m
-        The smallest near plane distance of the flight; None for the default.
-    """
+    """Records at most one flight at a time."""
 
     def __init__(self) -> None:
-        self.near_m: float | None = None
+        self.near_m: float | None = None  # the smallest near plane distance of the flight; None for the default
         self._views: list[tuple[float, Camera, Sun]] | None = None
 
     @property

@@ -10,21 +10,11 @@ CALM = 0.8  # a better picture has to fit this part of the time, so that picture
 
 
 class Way(NamedTuple):
-    """A way to draw a picture in motion.
+    """A way to draw a picture in motion."""
 
-    Attributes
-    ----------
-    shrink
-        Window pixels across one pixel of the picture.
-    looser
-        Factor of the tolerance, in pixels of the picture.
-    share
-        Processor time, relative to the full picture.
-    """
-
-    shrink: int
-    looser: int
-    share: float
+    shrink: int  # window pixels across one pixel of the picture
+    looser: int  # factor of the tolerance, in pixels of the picture
+    share: float  # processor time, relative to the full picture
 
     @property
     def is_full(self) -> bool:
@@ -55,31 +45,15 @@ COARSEST = WAYS[-1]
 
 @dataclass
 class FrameBudget:
-    """Keeps the window responsive.
+    """Keeps the window responsive. A picture in motion is drawn in the best way that fits `motion_ms`."""
 
-    Attributes
-    ----------
-    clock
-        Measures the work, in seconds. It is not the time at which frames are shown.
-    work_s
-        Seconds of a frame that go to long work, such as building tables.
-    motion_ms
-        Milliseconds that a picture in motion may take. It is drawn in the best way that fits.
-    full_ms
-        Milliseconds that a full picture takes, as the last picture suggests. It is infinite at first, so that the first
-        picture comes quickly.
-    way
-        How the next picture in motion is drawn.
-    """
-
-    clock: Callable[[], float] = time.perf_counter
-    work_s: float = 0.03
-    motion_ms: float = 150.0
-    full_ms: float = float("inf")
-    way: Way = COARSEST
+    clock: Callable[[], float] = time.perf_counter  # measures the work; frames are shown by another clock
+    work_s: float = 0.03  # seconds of a frame that go to long work, such as building tables
+    motion_ms: float = 150.0  # milliseconds that a picture in motion may take
+    full_ms: float = float("inf")  # milliseconds of a full picture, as the last picture suggests
+    way: Way = COARSEST  # how the next picture in motion is drawn
 
     def __post_init__(self) -> None:
-        """Begin with a coarse way if time is limited."""
         self.forget()
 
     def note(self, drawn_ms: float, way: Way) -> None:
@@ -98,21 +72,10 @@ class FrameBudget:
     def run(
         self, work: Iterator[float], tell: Callable[[float], None] = lambda share: None, hurried: bool = False
     ) -> bool:
-        """Do steps of some work until the time is up, but at least one.
+        """Do steps of some work until the time is up, but at least one; returns whether the work is done.
 
-        Parameters
-        ----------
-        work
-            Yields its progress, from 0 to 1, after each step.
-        tell
-            Called with that progress.
-        hurried
-            Take only a fraction of the time, because a frame in motion waits.
-
-        Returns
-        -------
-        bool
-            Whether the work is done.
+        Each step yields its progress, from 0 to 1, and `tell` is called with it. Hurried work takes only a part of the
+        time, because a frame in motion waits.
         """
         end = self.clock() + self.work_s * (HURRIED if hurried else 1.0)
         for share in work:

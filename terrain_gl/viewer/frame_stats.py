@@ -15,43 +15,17 @@ FRAMES = 120  # frames that the graphs show
 
 @dataclass
 class FrameStats:
-    """Numbers of the last frame.
+    """Numbers of the last frame."""
 
-    Attributes
-    ----------
-    name, posts
-        The map's name, and its columns and rows.
-    is_preview
-        Whether the frame shows a coarse sample of the map. Then nothing is certified or measured.
-    awaits_map
-        Whether the map itself comes soon, so that the sample needs no light.
-    fps
-        Frames a second in motion; None at rest.
-    stats
-        The stats that `Renderer.draw` returns.
-    measured_px
-        Achieved error by metric; None until it is measured.
-    height_m
-        Height of the eye above the ground; NaN where there is no ground.
-    speed_m_s
-        Speed of the keys that move the camera.
-    way
-        How the picture is drawn: `frame_budget.FULL` at rest.
-    is_sketch
-        Whether the picture is the preview of a new split. The numbers are those of the picture before.
-    """
-
-    name: str
-    posts: tuple[int, int]
-    is_preview: bool = False
-    awaits_map: bool = False
-    fps: float | None = None
-    stats: dict[str, Any] = field(default_factory=dict)
-    measured_px: dict[str, float] | None = None
-    height_m: float = math.nan
-    speed_m_s: float = 0.0
-    way: Way = FULL
-    is_sketch: bool = False
+    name: str  # of the map
+    posts: tuple[int, int]  # columns and rows of the map
+    is_preview: bool = False  # whether a coarse sample of the map is shown; nothing is certified or measured
+    awaits_map: bool = False  # whether the map itself comes soon, so that the sample needs no light
+    fps: float | None = None  # frames a second in motion; None at rest
+    stats: dict[str, Any] = field(default_factory=dict)  # as `Renderer.draw` returns them
+    measured_px: dict[str, float] | None = None  # achieved error by metric; None until it is measured
+    way: Way = FULL  # how the picture is drawn
+    is_sketch: bool = False  # whether this is the preview of a new split; the numbers are those of the picture before
 
     @property
     def certified_px(self) -> float | None:
@@ -109,16 +83,13 @@ def seconds(ms: float) -> str:
 
 @dataclass
 class Record:
-    """One frame in the graphs; `bound_px` is 0 if nothing is certified.
-
-    `point_px` is the bound if it holds for every point, not only for the mean; else None.
-    """
+    """One frame in the graphs."""
 
     ms: dict[str, float]
     triangles: int
-    bound_px: float | None
+    bound_px: float | None  # 0 if nothing is certified
     measured_px: float | None = None
-    point_px: float | None = None
+    point_px: float | None = None  # the bound, if it holds for every point and not only for the mean
 
 
 @dataclass

@@ -2,28 +2,17 @@
 
 import os
 import threading
-from collections.abc import Callable
 
-from ..basics.exceptions import TerrainError
 from ..light.lighting import ground_seen, sky_seen
-from ..readers.georeference import Georeference
-from .settings import Settings
-from .window_state import WindowState
+from .loading import in_a_line
+from .scene import Scene
 
 
 class ImageReader:
-    """Reads a sky or ground image; then the scene is drawn with it.
+    """Reads a sky or ground image; then the scene is drawn with it."""
 
-    Parameters
-    ----------
-    place_of
-        Function that returns the map's georeference.
-    """
-
-    def __init__(self, settings: Settings, window: WindowState, place_of: Callable[[], Georeference | None]) -> None:
-        self._settings = settings
-        self._window = window
-        self._place_of = place_of
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
         self._thread: threading.Thread | None = None
         self._result: tuple[str, str | None, str] | None = None  # option, path, error
 
@@ -48,10 +37,10 @@ class ImageReader:
         self._result = None
         self._thread = None
         if error:
-            self._window.say(error)
+            self._scene.window.say(error)
         else:
-            self._settings.change_all(**{option: path})
-            self._window.refresh()
+            self._scene.settings.change_all(**{option: path})
+            self._scene.window.refresh()
 
     def join(self) -> None:
         """Wait for the thread."""
@@ -64,9 +53,7 @@ class ImageReader:
             if path and option == "sky":
                 sky_seen((0.0, 0.0), path)
             elif path:
-                ground_seen(path, self._place_of())
-        except (TerrainError, OSError, MemoryError) as error:
-            message = str(error) or "not enough memory"
+                ground_seen(path, self._scene.heightmap.georeference if self._scene.has_map else None)
         except Exception as error:  # the user sees one line, not a thread's traceback
-            message = f"{path}: cannot be read ({type(error).__name__}: {error})"
+            message = str(in_a_line(error, f"{path}: cannot be read")) or "not enough memory"
         self._result = option, path, message

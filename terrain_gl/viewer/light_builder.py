@@ -10,19 +10,11 @@ from .frame_budget import FrameBudget
 
 
 class LightBuilder:
-    """Makes the light that a picture still needs.
-
-    Attributes
-    ----------
-    share
-        Progress, 0 to 1; None while no light is being made.
-    lit
-        The look for which light was last made. The land may have been edited since.
-    """
+    """Makes the light that a picture still needs."""
 
     def __init__(self, budget: FrameBudget) -> None:
-        self.share: float | None = None
-        self.lit: Look | None = None
+        self.share: float | None = None  # progress, 0 to 1; None while no light is being made
+        self.lit: Look | None = None  # the look for which light was last made; the land may have been edited since
         self._budget = budget
         self._thread = ThreadPoolExecutor(1, "sky")
         self._making: tuple[Look, Steps[None]] | None = None

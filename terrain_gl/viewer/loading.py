@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import moderngl
@@ -32,41 +32,23 @@ PREVIEW_POSTS = 193  # posts along the longer side of a preview
 _READING = 0.3  # part of the progress bar for reading
 
 
+Progress = Callable[[float], None]
+Opener = Callable[[Progress], "Opened"]
+
+
 @dataclass(frozen=True)
 class Opened:
-    """A map as it was read.
-
-    Attributes
-    ----------
-    camera, sun
-        The first view; the sun's azimuth and elevation in degrees.
-    key
-        The name under which the window remembers the map: a bundled map's name, or a file's path.
-    camera_given
-        Whether the user chose this camera.
-    overlays
-        Lines and points to draw over the map.
-    offer
-        For a coarse sample of a raster that needs a store, a line that offers the store; "" for a map.
-    rest
-        Reads the map itself, if this is a coarse sample that is shown meanwhile; None for a map.
-    note
-        A line for the user on how the map was read; "" if there is nothing to tell.
-    """
+    """A map as it was read."""
 
     heightmap: Heightmap
-    camera: Camera
-    sun: tuple[float, float] = SUN
-    key: str = ""
-    camera_given: bool = False
+    camera: Camera  # the first view
+    sun: tuple[float, float] = SUN  # azimuth and elevation in degrees
+    key: str = ""  # the window remembers the map by it: a bundled map's name, or a file's path
+    camera_given: bool = False  # whether the user chose this camera
     overlays: tuple[Overlay, ...] = ()
-    offer: str = ""
-    rest: Callable[[Callable[[float], None]], Opened] | None = None
-    note: str = ""
-
-
-Progress = Callable[[float], None]
-Opener = Callable[[Progress], Opened]
+    offer: str = ""  # for a coarse sample of a raster that needs a store, a line that offers the store
+    rest: Opener | None = None  # reads the map itself, if this is a coarse sample that is shown meanwhile
+    note: str = ""  # a line for the user on how the map was read
 
 
 class CancelledError(Exception):
@@ -78,22 +60,22 @@ def file_opener(path: str) -> Opener:
 
     def opened(progress: Progress) -> Opened:
         if is_store(path):
-            stored = StoredMap(path)
-            seen = stored.coarse()
-            return Opened(stored, standard_view(seen), standard_sun(seen), key=os.path.realpath(path))
-        if is_huge(path, Reading()):
+            return _first_seen(StoredMap(path), path)
+        huge = is_huge(path, Reading())
+        if huge or _pays(path):
             few, offer = sample(path, Reading())
-            return Opened(few, standard_view(few), standard_sun(few), key=os.path.realpath(path), offer=offer)
-        if _pays(path):
-            few, _ = sample(path, Reading())
-            rest = partial(_from_cache, path)
-            return Opened(few, standard_view(few), standard_sun(few), key=os.path.realpath(path), rest=rest)
+            seen = _first_seen(few, path)
+            return replace(seen, offer=offer) if huge else replace(seen, rest=partial(_from_cache, path))
         heightmap, known = open_map(path, progress=progress)
-        if known:
-            return Opened(heightmap, known.camera, known.sun, known.name)
-        return Opened(heightmap, standard_view(heightmap), standard_sun(heightmap), key=os.path.realpath(path))
+        return Opened(heightmap, known.camera, known.sun, known.name) if known else _first_seen(heightmap, path)
 
     return opened
+
+
+def _first_seen(heightmap: Heightmap, path: str) -> Opened:
+    """A map with its standard view."""
+    seen = heightmap.coarse()
+    return Opened(heightmap, standard_view(seen), standard_sun(seen), os.path.realpath(path))
 
 
 def _pays(path: str) -> bool:
@@ -106,15 +88,20 @@ def _pays(path: str) -> bool:
 
 def _from_cache(path: str, progress: Progress) -> Opened:
     """A raster from its store, which is made at first use; from memory, with a note, if the store cannot be made."""
-    note = ""
     try:
-        read: Heightmap | StoredMap = cache.stored(path, Reading(), None, progress)
-        read.opened = {"path": path}
-        seen = read.coarse()
+        stored = cache.stored(path, Reading(), None, progress)
+        stored.opened = {"path": path}
+        return _first_seen(stored, path)
     except TerrainError as error:
         note = f"{error}; {os.path.basename(path)} is held in memory instead"
-        read = seen = open_map(path, progress=progress)[0]
-    return Opened(read, standard_view(seen), standard_sun(seen), key=os.path.realpath(path), note=note)
+        return replace(_first_seen(open_map(path, progress=progress)[0], path), note=note)
+
+
+def in_a_line(error: Exception, what: str) -> Exception:
+    """The error, if its text is meant for users; else an error that says what failed, in a line."""
+    if isinstance(error, TerrainError | OSError | MemoryError):
+        return error
+    return TerrainError(f"{what} ({type(error).__name__}: {error})")
 
 
 class LoadJob:
@@ -125,28 +112,17 @@ class LoadJob:
     name
         The map's name in messages.
     opener
-        Reads the map, in a thread. The opener gets a function, and calls this function with the progress, 0 to
-        1. If the function raises an exception, reading ends.
-
-    Attributes
-    ----------
-    sample
-        A coarse sample of the map, if there is one to be shown meanwhile.
-    opened
-        The map, once it is read.
-    renderer
-        Draws the map, once its tables are built.
-    error
-        Why the map cannot be shown.
+        Reads the map, in a thread. It is called with a function that takes the progress, 0 to 1. If this function
+        raises an exception, reading ends.
     """
 
     def __init__(self, name: str, opener: Opener) -> None:
         self.name = name
         self._opener = opener
-        self.sample: Opened | None = None
-        self.opened: Opened | None = None
-        self.renderer: Renderer | None = None
-        self.error: Exception | None = None
+        self.sample: Opened | None = None  # a coarse sample of the map, if there is one to be shown meanwhile
+        self.opened: Opened | None = None  # the map, once it is read
+        self.renderer: Renderer | None = None  # draws the map, once its tables are built
+        self.error: Exception | None = None  # why the map cannot be shown
         self._building: Renderer | None = None
         self._read = self._built = 0.0
         self._cancelled = False
@@ -156,14 +132,9 @@ class LoadJob:
     @property
     def progress(self) -> float:
         """Share that is done, 0 to 1."""
-        if self.is_making_store:
+        if self.sample and not self.opened:  # the map's store is being made, and tables are part of a store
             return self._read
         return _READING * self._read + (1 - _READING) * self._built
-
-    @property
-    def is_making_store(self) -> bool:
-        """Whether the map's store is being made. A store includes the errors of all nodes."""
-        return self.sample is not None and self.opened is None
 
     @property
     def text(self) -> str:
@@ -180,19 +151,9 @@ class LoadJob:
             if budget.run(self._building.build_steps, self._tell_built):
                 self.renderer = self._building
                 self._building = None
-        except (TerrainError, MemoryError) as error:
-            self._building = None
-            self.error = error
         except Exception as error:  # steps that have failed cannot go on
             self._building = None
-            self.error = TerrainError(f"{self.name}: its tables cannot be built ({type(error).__name__}: {error})")
-
-    def take(self) -> Renderer:
-        """Give the renderer to the caller, who must release it."""
-        renderer = self.renderer
-        self.renderer = None
-        assert renderer
-        return renderer
+            self.error = in_a_line(error, f"{self.name}: its tables cannot be built")
 
     def cancel(self) -> None:
         """Stop, and release unfinished tables. A thread that is still reading ends soon."""
@@ -215,12 +176,10 @@ class LoadJob:
                 self.sample = opened
                 opened = opened.rest(self._tell_read)
             self.opened = opened
-        except (TerrainError, OSError, MemoryError) as error:
-            self.error = error
         except CancelledError:
             pass
         except Exception as error:  # the user sees one line, not a thread's traceback
-            self.error = TerrainError(f"{self.name}: cannot be read ({type(error).__name__}: {error})")
+            self.error = in_a_line(error, f"{self.name}: cannot be read")
 
     def _tell_read(self, share: float) -> None:
         if self._cancelled:
@@ -256,18 +215,15 @@ def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None
     If the map came from a file, the file is read again with another scale and offset. So the map can still be named in
     a command: by its file and these two numbers.
     """
-    if factor == 1 and added_m == 0:
-        return heightmap
     if heightmap.opened is None:
-        heights = heightmap.heights * np.float32(factor) + np.float32(added_m)
-        again = Heightmap(heights, heightmap.spacing_m, heightmap.name)
-        again.georeference = heightmap.georeference
-    else:
-        scale, offset_m = heightmap.scales
-        how = heightmap.opened | {"z_scale": factor * scale, "z_offset_m": factor * offset_m + added_m}
-        again = Heightmap.open(**how, progress=progress)
-        again.name = heightmap.name
-        again.spacing_m = heightmap.spacing_m
+        again = heightmap.copy(heightmap.heights * np.float32(factor) + np.float32(added_m))
+        again.quantised_m = again.range_m
+        return again
+    scale, offset_m = heightmap.scales
+    how = heightmap.opened | {"z_scale": factor * scale, "z_offset_m": factor * offset_m + added_m}
+    again = Heightmap.open(**how, progress=progress)
+    again.name = heightmap.name
+    again.spacing_m = heightmap.spacing_m
     again.look = heightmap.look
     again.of_earth = heightmap.of_earth
     return again

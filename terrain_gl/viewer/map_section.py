@@ -37,7 +37,7 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
     hint = "Metres between posts. Set it if the file does not give it, or gives a wrong one."
     spacing = ui.enter("spacing", f"{east:g}" if east == north else f"{east:g} × {north:g}", "metres, then Enter", hint)
     if spacing:
-        viewer.set_spacing(spacing)
+        _set_spacing(viewer, spacing)
     _scale(ui, viewer)
 
 
@@ -62,6 +62,15 @@ def numbers(text: str) -> list[float]:
     """The numbers in a text that the user typed; with "km" they become metres."""
     unit = 1000.0 if "km" in text else 1.0
     return [unit * float(number.replace("−", "-")) for number in re.findall(_NUMBER, text, re.IGNORECASE)]
+
+
+def _set_spacing(viewer: Viewer, typed: str) -> None:
+    try:
+        spacing_m = float(typed)
+    except ValueError:
+        viewer.window.say(f"spacing: expected a number of metres, got {typed!r}")
+    else:
+        viewer.rescale(spacing_m=(spacing_m, spacing_m))
 
 
 def _set_size(viewer: Viewer, typed: str) -> None:

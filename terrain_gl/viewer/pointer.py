@@ -11,20 +11,12 @@ DIVIDER_PX = 8.0  # a press this close to the divider of a split picture drags i
 
 
 class Pointer:
-    """The cursor.
-
-    Attributes
-    ----------
-    over_land
-        Position of the cursor in pixels; None over a panel.
-    last
-        Last position, over a panel or not; None before any event.
-    """
+    """The cursor."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self.over_land: tuple[float, float] | None = None
-        self.last: tuple[float, float] | None = None
+        self.over_land: tuple[float, float] | None = None  # the cursor in pixels; None over a panel
+        self.last: tuple[float, float] | None = None  # the same, also over a panel; None before any event
 
     @property
     def place(self) -> np.ndarray | None:

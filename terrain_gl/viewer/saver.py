@@ -85,11 +85,6 @@ class Saver:
         self._writing: threading.Thread | None = None
         self._warned: Shot | None = None  # the film about whose loss the user was warned
 
-    @property
-    def busy(self) -> bool:
-        """Whether the next frame should come at once."""
-        return self.shot is not None
-
     def step(self) -> bool:
         """Draw the picture to be saved for a while; returns whether no time is left for the window's own picture."""
         self._note_view()

@@ -8,7 +8,6 @@ from typing import Any
 from ..camera import Camera
 from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
-from ..readers.georeference import Georeference
 from ..renderer import Renderer
 from ..renderer.options import RenderOptions
 from ..shade.picture import UNLIT, Look
@@ -113,10 +112,6 @@ class Scene:
     def has_map(self) -> bool:
         """Whether there is a map yet."""
         return self._renderer is not None
-
-    def georeference(self) -> Georeference | None:
-        """Where the map lies; None without a map, or if this is not known."""
-        return self.heightmap.georeference if self.has_map else None
 
     @property
     def is_visible(self) -> bool:

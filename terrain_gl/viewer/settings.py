@@ -18,35 +18,17 @@ LEAST_SIDE = 0.02  # least width of a side, relative to the split picture
 
 @dataclass
 class Settings:
-    """The user's choices.
+    """The user's choices."""
 
-    Attributes
-    ----------
-    sides
-        How the picture is drawn: one record, or two if it is split into left and right.
-    active
-        The side that keys and controls change.
-    divider
-        Where the picture is split, from 0 at its left edge to 1.
-    lens
-        Magnification of the glass under the cursor; 0 without a glass.
-    sums, box
-        Whether the summed-area table is shown; posts along a side of the box that is read from it.
-    panel, help
-        Whether the panel and the help page are shown.
-    ui_scale
-        Factor of the sizes of type and panels.
-    """
-
-    sides: list[RenderOptions] = field(default_factory=lambda: [RenderOptions()])
-    active: int = 0
-    divider: float = 0.5
-    lens: float = 0.0
-    sums: bool = False
-    box: int = 64
+    sides: list[RenderOptions] = field(default_factory=lambda: [RenderOptions()])  # one, or two: left and right
+    active: int = 0  # the side that keys and controls change
+    divider: float = 0.5  # where the picture is split, from 0 at its left edge to 1
+    lens: float = 0.0  # magnification of the glass under the cursor; 0 without a glass
+    sums: bool = False  # whether the summed-area table is shown
+    box: int = 64  # posts along a side of the box that is read from this table
     panel: bool = True
-    help: bool = False
-    ui_scale: float = 1.0
+    help: bool = False  # whether the help page is shown
+    ui_scale: float = 1.0  # factor of the sizes of type and panels
 
     @property
     def options(self) -> RenderOptions:

@@ -92,7 +92,7 @@ class Viewer:
         self.loader = MapLoader(ctx, self.scene, self.budget)
         self.explainer = Explainer(self.scene, self.pointer, self.painter)
         self.saver = Saver(self.scene, self.painter, self.budget)
-        self.images = ImageReader(settings, self.window, self.scene.georeference)
+        self.images = ImageReader(self.scene)
         self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
         self.ruler = Ruler()
         self.files = FileDialog(self.window, self.open)
@@ -193,7 +193,7 @@ class Viewer:
 
     def open(self, name: str) -> None:
         """Load a bundled map or a file, unless edits would be lost."""
-        if self.saver.may_leave() and self.sculpting.may_leave():
+        if self._may_leave():
             self.loader.open(name)
 
     def exaggerate(self, factor: float) -> None:
@@ -204,22 +204,17 @@ class Viewer:
 
     def hold_in_memory(self) -> None:
         """Load the raster itself into memory, in place of its store, unless edits would be lost."""
-        if self.saver.may_leave() and self.sculpting.may_leave():
+        if self._may_leave():
             self.loader.hold_in_memory()
-
-    def set_spacing(self, text: str) -> None:
-        """Set the distance between posts, as the user typed it."""
-        try:
-            spacing_m = float(text)
-        except ValueError:
-            self.window.say(f"spacing: expected a number of metres, got {text!r}")
-            return
-        self.rescale(spacing_m=(spacing_m, spacing_m))
 
     def rescale(self, **scale: tuple[float, float]) -> None:
         """Show the same posts with another spacing or other heights; the arguments are those of `MapLoader.rescale`."""
-        if self.saver.may_leave() and self.sculpting.may_leave():
+        if self._may_leave():
             self.loader.rescale(**scale)
+
+    def _may_leave(self) -> bool:
+        """Whether the map may be left without loss; if not, warn. A second call permits it anyway."""
+        return self.saver.may_leave() and self.sculpting.may_leave()
 
     def _edited(self, settled: bool) -> None:
         """Follow a change of the land; `settled`: the stroke is done."""
@@ -274,7 +269,7 @@ class Viewer:
 
     def quit(self) -> None:
         """Close the window, unless edits would be lost. A second call closes it anyway."""
-        self.window.closing = self.window.closing or (self.saver.may_leave() and self.sculpting.may_leave())
+        self.window.closing = self.window.closing or self._may_leave()
 
     # --- Frames -------------------------------------------------------------------------------------------------------
 
@@ -283,7 +278,7 @@ class Viewer:
         """Whether the next frame should come at once. If not, it comes after an event or after `wait_s`."""
         if not self.scene.has_map or self.loader.job or self.window.stale:
             return True
-        if self.saver.busy or self.sculpting.headroom or self.sculpting.at_work:
+        if self.saver.shot or self.sculpting.headroom or self.sculpting.at_work:
             return True
         return self.scene.controller.moving or self.painter.is_busy(self.scene.frame_spec())
 
@@ -351,8 +346,6 @@ class Viewer:
         self.target.use()
         self.target.viewport = (0, 0, *self.window.size)
         if self.scene.has_map and self.painter.has_picture:
-            self.painter.frame.height_m = self.scene.controller.height_above_ground_m
-            self.painter.frame.speed_m_s = self.scene.controller.speed_m_s
             self._draw_scene()
         else:
             self.ctx.clear(*_BACKGROUND)

@@ -8,37 +8,19 @@ MESSAGE_S = 5.0
 
 
 class WindowState:
-    """The data about the window that all parts share, and their requests to it.
+    """The data about the window that all parts share, and their requests to it."""
 
-    Attributes
-    ----------
-    size
-        Width and height in pixels; 0 while the window is minimised.
-    scale
-        Pixels per unit of length: more than 1 on fine screens.
-    panel_px
-        Columns of pixels at the left that the panel takes while it is shown.
-    now_s
-        Time of the present frame, in seconds.
-    message
-        One line that the window shows for a while; "" for none.
-    stale
-        Whether the window must be drawn again.
-    closing
-        Whether the window is to close.
-    capture_mouse
-        Function that captures the mouse, or frees it; returns whether it is captured now.
-    """
-
-    def __init__(self, size: Size, scale: float = 1.0) -> None:
-        self.size = size
-        self.scale = scale
-        self.panel_px = 0.0
-        self.now_s = 0.0
-        self.message = ""
-        self.stale = True
-        self.closing = False
-        self.capture_mouse: Callable[[], bool] = lambda: False
+    def __init__(self, size: Size) -> None:
+        self.size = size  # in pixels; 0 while the window is minimised
+        self.scale = 1.0  # pixels per unit of length: more than 1 on fine screens
+        self.panel_px = 0.0  # columns of pixels at the left that the panel takes while it is shown
+        self.now_s = 0.0  # time of the present frame
+        self.message = ""  # one line that the window shows for a while
+        self.stale = True  # whether the window must be drawn again
+        self.closing = False  # whether the window is to close
+        self.capture_mouse: Callable[[], bool] = lambda: (
+            False
+        )  # captures the mouse, or frees it; whether it is captured
         self._seconds: float | None = None  # duration of a new message; it begins with the next frame
         self._until_s = 0.0
 

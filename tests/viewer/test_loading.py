@@ -155,12 +155,12 @@ def test_an_assumed_spacing_is_said_and_can_be_set(empty, tmp_path):
     empty.open(str(tmp_path / "plain.npy"))
     settle(empty)
     assert "1 m is assumed" in said.pop() and empty.scene.renderer.heightmap.spacing_m == (1.0, 1.0)
-    empty.set_spacing("30")
+    map_section._set_spacing(empty, "30")
     settle(empty)
     assert empty.scene.renderer.heightmap.spacing_m == (30.0, 30.0) and empty.painter.frame.measured_px["max"] <= 1
     assert not said
     for words in ("x", "-3", "nan"):
-        empty.set_spacing(words)
+        map_section._set_spacing(empty, words)
         settle(empty)
         assert "spacing" in said.pop() and empty.scene.renderer.heightmap.spacing_m == (30.0, 30.0)
 

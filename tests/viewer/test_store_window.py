@@ -23,7 +23,7 @@ from terrain_gl.pages.edited_map import EditedMap
 from terrain_gl.readers.windows import Reading
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
-from terrain_gl.viewer import painter, tile_map
+from terrain_gl.viewer import map_section, painter, tile_map
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.frame_budget import FrameBudget
 from terrain_gl.viewer.legend import VIRIDIS
@@ -168,7 +168,7 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
         return viewer.window.message
 
     assert "method sat" in said(lambda: app.press("f"))
-    assert "keeps its size and its heights" in said(lambda: viewer.set_spacing("3"))
+    assert "keeps its size and its heights" in said(lambda: map_section._set_spacing(viewer, "3"))
     copied = []
     viewer.saver.line_of, viewer.saver.on_copy = command_line, copied.append
     assert "copied" in said(lambda: app.press("y"))
