@@ -27,29 +27,14 @@ class FileEntry(NamedTuple):
 
 
 class FileDialog:
-    """At most one dialog at a time.
-
-    Parameters
-    ----------
-    on_choice
-        Function that gets the path of the file that the user has chosen.
-
-    Attributes
-    ----------
-    has_desktop
-        Whether the user sits at this machine: only then may the system's dialog be used.
-    folder
-        The folder that the list shows; None while no list is open.
-    entries
-        The folders and maps in that folder; None while they are being read.
-    """
+    """At most one dialog at a time. The function `on_choice` gets the path of the file that the user has chosen."""
 
     def __init__(self, window: WindowState, on_choice: Callable[[str], None]) -> None:
         self._window = window
         self._on_choice = on_choice
-        self.has_desktop = False
-        self.folder: Path | None = None
-        self.entries: list[FileEntry] | None = None
+        self.has_desktop = False  # whether the user sits at this machine, so that the system's dialog may be used
+        self.folder: Path | None = None  # the folder that the list shows; None while no list is open
+        self.entries: list[FileEntry] | None = None  # folders and maps in it; None while they are being read
         self._last = Path.cwd()
         self._system: Any = None
         self._reading: threading.Thread | None = None

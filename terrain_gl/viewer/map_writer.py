@@ -13,21 +13,7 @@ from ..readers.raster import has_rasterio
 
 
 class MapWriter:
-    """Writes one map.
-
-    Parameters
-    ----------
-    path
-        The file; its ending names the format.
-    land
-        An object that identifies the map that was written.
-
-    Attributes
-    ----------
-    message
-        The outcome, in a line; "" until it is known.
-    done
-        Whether the file is complete.
+    """Writes one map to a file, whose ending names the format; `land` identifies what is written.
 
     Raises
     ------
@@ -36,10 +22,10 @@ class MapWriter:
     """
 
     def __init__(self, path: str, heightmap: Heightmap, land: object = None) -> None:
-        write = self._edits(path, heightmap) if heightmap.is_store else self._map(path, heightmap)
+        write = _edits(path, heightmap) if heightmap.is_store else _map(path, heightmap)
         self.path = path
-        self.message = ""
-        self.done = False
+        self.message = ""  # the outcome, in a line; "" until it is known
+        self.done = False  # whether the file is complete
         self.land = land
         self._thread = threading.Thread(target=self._write, args=(write,), name=f"writing {path}")
         self._thread.start()
@@ -47,29 +33,6 @@ class MapWriter:
     def join(self) -> None:
         """Wait for the thread."""
         self._thread.join()
-
-    @staticmethod
-    def _map(path: str, heightmap: Heightmap) -> Callable[[], str]:
-        """A function that writes the whole map, and returns a text on how to open it again."""
-        format_of(path)
-        present = heightmap.copy()  # the land may be sculpted while the thread writes
-        return lambda: as_options(write_heightmap(path, present))
-
-    @staticmethod
-    def _edits(path: str, heightmap: Heightmap) -> Callable[[], str]:
-        """A function that writes the present edits, and returns a text on how to draw them again."""
-        check_edits_name(path, heightmap)
-        edited = edits_of(heightmap)
-        tiles = edited.edited()
-        edits = edited.edits
-
-        def write() -> str:
-            write_tiles(path, edited, tiles)
-            if edited.edits == edits:
-                edited.saved_as = str(Path(path).absolute())
-            return f"terrain-gl view {shlex.quote(edited.name)} --edits {shlex.quote(path)}"
-
-        return write
 
     def _write(self, write: Callable[[], str]) -> None:
         try:
@@ -80,6 +43,29 @@ class MapWriter:
             self.message = "not enough memory"
         except Exception as error:  # the window shows any error as one line and stays open
             self.message = str(error) or type(error).__name__
+
+
+def _map(path: str, heightmap: Heightmap) -> Callable[[], str]:
+    """A function that writes the whole map, and returns a text on how to open it again."""
+    format_of(path)
+    present = heightmap.copy()  # the land may be sculpted while the thread writes
+    return lambda: as_options(write_heightmap(path, present))
+
+
+def _edits(path: str, heightmap: Heightmap) -> Callable[[], str]:
+    """A function that writes the present edits, and returns a text on how to draw them again."""
+    check_edits_name(path, heightmap)
+    edited = edits_of(heightmap)
+    tiles = edited.edited()
+    edits = edited.edits
+
+    def write() -> str:
+        write_tiles(path, edited, tiles)
+        if edited.edits == edits:
+            edited.saved_as = str(Path(path).absolute())
+        return f"terrain-gl view {shlex.quote(edited.name)} --edits {shlex.quote(path)}"
+
+    return write
 
 
 def suggested_path(heightmap: Heightmap) -> str:

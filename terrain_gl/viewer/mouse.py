@@ -13,18 +13,7 @@ DOUBLE_S = 0.3  # longest time between the clicks of a double click
 
 
 class Mouse:
-    """Drags and clicks.
-
-    Parameters
-    ----------
-    on_click
-        Function that gets the pixel of a single click on the land.
-
-    Attributes
-    ----------
-    drag
-        The effect of the drag: "orbit", "look", "pan", "brush" or "divider"; "" without a drag.
-    """
+    """Drags and clicks. The function `on_click` gets the pixel of a single click on the land."""
 
     def __init__(
         self,
@@ -39,7 +28,7 @@ class Mouse:
         self._pointer = pointer
         self._sculpting = sculpting
         self._on_click = on_click
-        self.drag = ""
+        self.drag = ""  # what a drag does: "orbit", "look", "pan", "brush" or "divider"; "" without a drag
         self._button = ""  # the button that drags
         self._pressed_at = (0.0, 0.0)
         self._clicked_at: tuple[float, float] | None = None  # a click that may become a double click
@@ -91,8 +80,7 @@ class Mouse:
         """A button comes up. If the mouse has hardly moved since the button went down, this is a click."""
         if button != self._button:
             return
-        drag = self.drag
-        self.drag = ""
+        drag, self.drag = self.drag, ""
         if not self._scene.has_map:
             return
         self._scene.controller.release()
@@ -126,22 +114,13 @@ class Mouse:
             self._ruler.add(float(place[0]), float(place[1]))
 
     def move(self, x: float, y: float, look: bool = False, over_panels: bool = False) -> None:
-        """The cursor moves.
-
-        Parameters
-        ----------
-        look
-            Whether the motion turns the camera although no button is held.
-        over_panels
-            Whether the cursor is over a panel now.
-        """
-        settings = self._scene.settings
-        window = self._scene.window
-        pointer = self._pointer
+        """The cursor moves. If `look` is true, the motion turns the camera although no button is held."""
+        scene, pointer = self._scene, self._pointer
+        settings, window = scene.settings, scene.window
         before = pointer.last or (x, y)
         pointer.last = (x, y)
         pointer.over_land = None if over_panels else (x, y)
-        if not self._scene.has_map:
+        if not scene.has_map:
             return
         drag = "look" if look else self.drag
         dx, dy = (x - before[0]) / window.scale, (y - before[1]) / window.scale
@@ -149,11 +128,11 @@ class Mouse:
             settings.split_at(x / max(1, window.size[0]))
             window.refresh()
         elif drag == "look":
-            self._scene.controller.look(dx, dy)
+            scene.controller.look(dx, dy)
         elif drag == "orbit":
-            self._scene.controller.orbit(dx, dy)
+            scene.controller.orbit(dx, dy)
         elif drag == "pan":
-            self._scene.controller.pan(*self._pointer.tangents(x, y))
+            scene.controller.pan(*pointer.tangents(x, y))
         elif settings.split and not over_panels:
             settings.active = pointer.side_at(x)
         if settings.lens or settings.sums or settings.panel or self._sculpting.brushing:

@@ -7,6 +7,7 @@ when the user leaves without saving. So if the process of a file no longer runs,
 import os
 import re
 import traceback
+from itertools import count
 from pathlib import Path
 
 from ..heightmap import Heightmap
@@ -27,28 +28,17 @@ def recovery_folder() -> Path:
 
 
 class Recovery:
-    """Keeps one recovery file of the land that is being sculpted.
-
-    Attributes
-    ----------
-    folder
-        Where the file is; None for no recovery files.
-    path
-        The file; None until land is written.
-    """
+    """Keeps one recovery file of the land that is being sculpted."""
 
     def __init__(self) -> None:
-        self.folder: Path | None = None
-        self.path: Path | None = None
+        self.folder: Path | None = None  # None for no recovery files
+        self.path: Path | None = None  # None until land is written
         self._writer: MapWriter | None = None
 
-    def holds(self, land: object) -> bool:
+    def _holds(self, land: object) -> bool:
         """Whether this land is in the file, or is being written to it."""
-        return self._writer is not None and self._writer.land is land and not self._failed
-
-    @property
-    def _failed(self) -> bool:
-        return self._writer is not None and bool(self._writer.message) and not self._writer.done
+        writer = self._writer
+        return writer is not None and writer.land is land and (writer.done or not writer.message)
 
     def write(self, heightmap: Heightmap, land: object) -> None:
         """Begin to write this land in place of earlier land, in a thread.
@@ -58,16 +48,15 @@ class Recovery:
         TerrainError
             A store has no edits.
         """
-        if self.folder is None or self.holds(land):
+        if self.folder is None or self._holds(land):
             return
         self.join()
         self.folder.mkdir(parents=True, exist_ok=True)
         if self.path is None:
             ending = ".npz" if heightmap.is_store else ".tif"
             stem = Path(heightmap.name).stem or "terrain"
-            numbers = range(1, 10**6)
-            names = (f"{stem}-{os.getpid()}-{number}{ending}" for number in numbers)
-            self.path = next(self.folder / name for name in names if not (self.folder / name).exists())
+            paths = (self.folder / f"{stem}-{os.getpid()}-{number}{ending}" for number in count(1))
+            self.path = next(path for path in paths if not path.exists())
         self._writer = MapWriter(str(self.path), heightmap, land)
 
     def join(self) -> None:
@@ -112,7 +101,6 @@ def note_error(error: BaseException, folder: Path) -> None:
     """Write the origin of an error to `errors.txt`, for developers."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        text = "".join(traceback.format_exception(error))
-        (folder / "errors.txt").write_text(text, "utf-8")
+        (folder / "errors.txt").write_text("".join(traceback.format_exception(error)), "utf-8")
     except OSError:
         pass  # the window shows the error itself

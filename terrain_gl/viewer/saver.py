@@ -53,35 +53,19 @@ class Shot:
 
 
 class Saver:
-    """Writes files to the working directory, beside earlier ones.
-
-    Attributes
-    ----------
-    size
-        Size of saved pictures: a key of `SIZES`.
-    mesh_format
-        Ending of the names of saved meshes.
-    shot
-        The picture or film that is being drawn; None if there is none.
-    filming
-        Records flights, which become films.
-    line_of
-        Returns the command line of a view, from heightmap, camera, size and options; None if there is no command line.
-    on_copy
-        Copies a text to the clipboard.
-    """
+    """Writes files to the working directory, beside earlier ones."""
 
     def __init__(self, scene: Scene, painter: Painter, budget: FrameBudget) -> None:
         self._scene = scene
         self._painter = painter
         self._budget = budget
         self._window = scene.window
-        self.size = next(iter(SIZES))
-        self.mesh_format = next(iter(FORMATS))
-        self.shot: Shot | None = None
+        self.size = next(iter(SIZES))  # of saved pictures
+        self.mesh_format = next(iter(FORMATS))  # ending of the names of saved meshes
+        self.shot: Shot | None = None  # the picture or film that is being drawn
         self.filming = Filming()
-        self.line_of: Callable[..., str] | None = None
-        self.on_copy: Callable[[str], None] = lambda text: None
+        self.line_of: Callable[..., str] | None = None  # the command line of a heightmap, camera, size and options
+        self.on_copy: Callable[[str], None] = lambda text: None  # copies a text to the clipboard
         self._writing: threading.Thread | None = None
         self._warned: Shot | None = None  # the film about whose loss the user was warned
 

@@ -45,31 +45,17 @@ class FrameSpec:
 
 
 class Scene:
-    """The map that is shown, and the camera.
+    """The map that is shown, and the camera."""
 
-    Attributes
-    ----------
-    opened
-        The map as it was read.
-    is_preview
-        Whether a coarse sample of the map is shown, because the tables of the whole map are not ready.
-    controller
-        Moves the camera. There is one for each map.
-    frozen
-        The camera that the levels were chosen for, if they are frozen.
-    bookmarks
-        States of the window by number, 1 to 9: see `state.state_of`.
-    """
-
-    opened: Opened
-    controller: Controller
+    opened: Opened  # the map as it was read
+    controller: Controller  # moves the camera; there is one for each map
 
     def __init__(self, settings: Settings, window: WindowState) -> None:
         self.settings = settings
         self.window = window
-        self.is_preview = False
-        self.frozen: Camera | None = None
-        self.bookmarks: dict[int, dict[str, Any]] = {}
+        self.is_preview = False  # whether a coarse sample is shown, because the tables of the map are not ready
+        self.frozen: Camera | None = None  # the camera that the levels were chosen for, if they are frozen
+        self.bookmarks: dict[int, dict[str, Any]] = {}  # states by number, 1 to 9: `state.state_of`
         self._renderer: Renderer | None = None
 
     @property

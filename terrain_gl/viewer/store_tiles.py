@@ -1,5 +1,6 @@
 """The tiles of a store in the window: whether tiles are still coming, and the message about missing ones."""
 
+from ..pages.streaming import Streaming
 from ..renderer import Renderer
 from .painter import Painter
 from .scene import Scene
@@ -13,23 +14,24 @@ class StoreTiles:
         self._painter = painter
 
     @property
+    def _streaming(self) -> Streaming | None:
+        return self._scene.renderer.streaming if self._scene.has_map else None
+
+    @property
     def are_coming(self) -> bool:
         """Whether tiles are missing in the picture that may still come."""
-        streaming = self._scene.renderer.streaming if self._scene.has_map else None
-        return streaming is not None and streaming.is_loading
+        return self._streaming is not None and self._streaming.is_loading
 
     @property
     def is_rebuilding(self) -> bool:
         """Whether bounds are wide after edits, and become exact soon."""
-        streaming = self._scene.renderer.streaming if self._scene.has_map else None
-        return streaming is not None and streaming.is_rebuilding
+        return self._streaming is not None and self._streaming.is_rebuilding
 
     def step(self) -> None:
         """If missing tiles were read, let the picture be drawn again; if not, let light be made."""
-        renderer = self._scene.renderer
-        if not renderer.streaming:
+        if not self._streaming:
             return
-        if renderer.streaming.has_news:
+        if self._streaming.has_news:
             self._painter.forget()
         elif self.lacks_light and not self._painter.light.is_due(self._scene.frame_spec().lit_look):
             self._painter.light.stop()  # the light begins anew, with the tiles that have come
@@ -37,7 +39,7 @@ class StoreTiles:
     @property
     def lacks_light(self) -> bool:
         """Whether tiles in the picture still get light of their own."""
-        if not self._scene.has_map or self._scene.renderer.streaming is None:
+        if self._streaming is None:
             return False
         return self._scene.frame_spec().lit_look.is_lit and self._scene.renderer.picture.lighting.is_coming
 

@@ -18,9 +18,7 @@ class WindowState:
         self.message = ""  # one line that the window shows for a while
         self.stale = True  # whether the window must be drawn again
         self.closing = False  # whether the window is to close
-        self.capture_mouse: Callable[[], bool] = lambda: (
-            False
-        )  # captures the mouse, or frees it; whether it is captured
+        self.capture_mouse: Callable[[], bool] = lambda: False  # or frees it; returns whether it is captured now
         self._seconds: float | None = None  # duration of a new message; it begins with the next frame
         self._until_s = 0.0
 
