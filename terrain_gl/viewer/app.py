@@ -35,13 +35,6 @@ class App:
     scale
         Pixels of the screen per unit of length: more than 1 on fine screens.
 
-    Attributes
-    ----------
-    captured
-        Whether the mouse looks around without a button; then panels get no events.
-    errors
-        The errors that the window has shown.
-
     Raises
     ------
     NotInstalledError
@@ -59,13 +52,12 @@ class App:
         budget: FrameBudget | None = None,
     ) -> None:
         self._screen = scale
-        scale = scale_of(size, scale, settings.ui_scale)
-        self.gui = Gui(ctx, scale)
+        self.gui = Gui(ctx, scale_of(size, scale, settings.ui_scale))
         self.viewer = Viewer(ctx, target, size, settings, memory, budget)
         self._fit(size)
         self.panels = Panels(self.viewer, partial(self.attempt, self.press))
-        self.captured = False
-        self.errors: list[Exception] = []
+        self.captured = False  # whether the mouse looks around without a button; then panels get no events
+        self.errors: list[Exception] = []  # those that the window has shown
         self._failed = False  # whether an error came in the last frame
         self._echoes = 0  # frames still to draw after a change: panels find their size in one or two frames
 
@@ -161,16 +153,9 @@ class App:
         commands.press(self.viewer, key, repeated)
 
     def key_down(self, key: str, command: str, repeated: bool = False, moves: bool = True) -> None:
-        """A key goes down.
+        """A key goes down. `command` is the key with its modifiers, such as "shift+tab".
 
-        Parameters
-        ----------
-        command
-            The key with its modifiers, such as "shift+tab".
-        repeated
-            Whether the key is held.
-        moves
-            Whether the key may move the camera: not together with Ctrl or Alt.
+        A key that is held is `repeated`. Together with Ctrl or Alt, a key moves no camera (`moves`).
         """
         self.gui.key(key, True)
         if self.gui.takes_text:

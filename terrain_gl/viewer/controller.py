@@ -37,29 +37,14 @@ MOVE_KEYS = (*_MOVES, *_TURNS, "shift")
 
 @dataclass
 class Controller:
-    """Moves the camera over one map.
-
-    Parameters
-    ----------
-    heightmap
-        The ground.
-    start
-        The first camera; `home` goes back to it.
-
-    Attributes
-    ----------
-    exaggeration
-        How many times higher the ground is drawn than the heightmap says. All places are those of the drawn ground.
-    pivot
-        The point in world metres that the camera swings around; None if there is none.
-    """
+    """Moves the camera over one map. All places are those of the ground as it is drawn."""
 
     heightmap: Heightmap
-    start: Camera
-    above_ground: bool = True
-    held: set[str] = field(default_factory=set)
+    start: Camera  # the first camera; `home` goes back to it
+    above_ground: bool = True  # whether the camera must stay above the ground
+    held: set[str] = field(default_factory=set)  # keys that are down
     mode: str = "fly"
-    exaggeration: float = 1.0
+    exaggeration: float = 1.0  # the ground is drawn this many times as high as the heightmap says
     bend_per_m: float = 0.0  # of the ground in the picture: `Camera.bend_per_m`
     eye: np.ndarray = field(init=False)
     azimuth_deg: float = field(init=False)
@@ -81,7 +66,7 @@ class Controller:
     def pose(self, pose: Pose) -> None:
         self._take(pose)
         self._velocity = np.zeros(3)  # m/s; in orbit: azimuth and elevation in °/s, log distance in 1/s
-        self.pivot: np.ndarray | None = None
+        self.pivot: np.ndarray | None = None  # the point that the camera swings around
         self._grabbed_m = 0.0  # distance of the pivot when it was taken
         self._travel: tuple[Pose, Pose, float] | None = None
 
@@ -98,7 +83,7 @@ class Controller:
     @property
     def moving(self) -> bool:
         """Whether `step` would change the camera."""
-        return bool(self._travel or self._turning or self._wanted().any() or self._velocity.any())
+        return bool(self._travel or self._turning.any() or self._wanted().any() or self._velocity.any())
 
     @property
     def height_above_ground_m(self) -> float:
@@ -192,8 +177,8 @@ class Controller:
     def grab(self, x: float, y: float) -> None:
         """Take the ground at a point of the picture as the pivot; x and y are tangents right and up from its middle.
 
-        If the point is in the sky, the pivot is the ground in the picture's middle. If this is sky, too, the pivot is
-        there, as far away as the map's longer side is long.
+        For a point in the sky, the pivot is the ground in the picture's middle. If this is sky, too, the pivot is a
+        point in the air there, as far away as the map's longer side is long.
         """
         hits = (self.ground_at(*at) for at in ((x, y), (0.0, 0.0)))
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
@@ -276,8 +261,7 @@ class Controller:
         if self._travel:
             self._travel_on(seconds)
             return
-        azimuth, elevation = self._turning or (0, 0)
-        self._turn(TURN_DEG_S * seconds * azimuth, TURN_DEG_S * seconds * elevation)
+        self._turn(*TURN_DEG_S * seconds * self._turning)
         moved = self._ease(seconds)
         if not moved.any():
             return
@@ -312,11 +296,9 @@ class Controller:
         return direction * fast * self.speed_m_s / length if length > 1e-9 else np.zeros(3)
 
     @property
-    def _turning(self) -> tuple[int, int] | None:
-        """Right and up, −1 to 1, by the arrow keys; None if both are 0."""
-        turns = [_TURNS[key] for key in self.held if key in _TURNS]
-        right, up = (sum(turn[i] for turn in turns) for i in (0, 1))
-        return (right, up) if right or up else None
+    def _turning(self) -> np.ndarray:
+        """Right and up, −1 to 1, by the arrow keys."""
+        return np.sum([_TURNS[key] for key in self.held if key in _TURNS] or [(0, 0)], axis=0)
 
     def _travel_on(self, seconds: float) -> None:
         assert self._travel

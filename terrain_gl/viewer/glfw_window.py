@@ -38,7 +38,9 @@ def open_window(glfw: Any, size: tuple[int, int], title: str, backend: str = "au
         warnings.simplefilter("ignore")
         for version in _VERSIONS:
             for creation in ways.values() if backend == "auto" else (ways[backend],):
-                _hint(glfw, version, creation)
+                glfw.default_window_hints()
+                for hint, value in _hints(glfw, version, creation).items():
+                    glfw.window_hint(hint, value)
                 if handle := glfw.create_window(*size, title, None, None):
                     return handle
         reason = glfw_error(glfw)
@@ -46,8 +48,8 @@ def open_window(glfw: Any, size: tuple[int, int], title: str, backend: str = "au
     raise TerrainError(f"no window: this display has no OpenGL 4.3 ({reason}): update the graphics driver; {_INSTEAD}")
 
 
-def _hint(glfw: Any, version: tuple[int, int], creation: int) -> None:
-    hints = {
+def _hints(glfw: Any, version: tuple[int, int], creation: int) -> dict[int, int]:
+    return {
         glfw.CONTEXT_CREATION_API: creation,
         glfw.CONTEXT_VERSION_MAJOR: version[0],
         glfw.CONTEXT_VERSION_MINOR: version[1],
@@ -57,6 +59,3 @@ def _hint(glfw: Any, version: tuple[int, int], creation: int) -> None:
         glfw.DEPTH_BITS: 0,
         glfw.STENCIL_BITS: 0,
     }
-    glfw.default_window_hints()
-    for hint, value in hints.items():
-        glfw.window_hint(hint, value)

@@ -12,7 +12,7 @@ from .controller import Controller
 from .widgets import Widgets
 from .window_state import Size
 
-_LONGEST_EM = 8.0  # longest scale bar, in heights of the typeface
+LONGEST_EM = 8.0  # longest scale bar, in heights of the typeface
 
 
 def scale_bar(controller: Controller, size: Size, longest_px: float) -> tuple[float, float] | None:
@@ -71,8 +71,3 @@ def show(ui: Widgets, azimuth_deg: float, bar: tuple[float, float] | None) -> No
     else:
         imgui.text("N")
     imgui.end_group()
-
-
-def longest_px(ui: Widgets) -> float:
-    """Length of the longest scale bar in pixels."""
-    return _LONGEST_EM * ui.em

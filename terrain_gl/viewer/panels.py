@@ -220,7 +220,7 @@ class Panels:
         pointer = self._viewer.pointer
         anchor = 1 - MARGIN * ui.scale / size[0], (size[1] - self._status_px - MARGIN * ui.scale) / size[1]
         with ui.window("##map", anchor, size, pivot=(1.0, 1.0), takes_mouse=False):
-            bar = orientation.scale_bar(scene.controller, size, orientation.longest_px(ui))
+            bar = orientation.scale_bar(scene.controller, size, orientation.LONGEST_EM * ui.em)
             orientation.show(ui, scene.controller.azimuth_deg, bar)
             place = pointer.place_under(*pointer.over_land) if pointer.over_land else None
             for line in orientation.place_lines(scene.heightmap, place) if place is not None else []:

@@ -60,37 +60,26 @@ def show(
     >>> import terrain_gl, rioxarray
     >>> terrain_gl.show(rioxarray.open_rasterio("dem.tif"))  # doctest: +SKIP
     """
+    of_file = {name: options.pop(name) for name in OF_FILES.values() if name in options}
     try:
-        return _show(source, camera, spacing_m, size, overlays, options)
+        heightmap = _opened(source, {"spacing_m": spacing_m} | of_file)
+        for note in heightmap.notes:
+            print(f"terrain-gl: note: {in_python(note)}", file=sys.stderr)
+        known = find_bundled(os.fspath(source)) if isinstance(source, str | os.PathLike) else None
+        first = camera or (known.camera if known else standard_view(heightmap))
+        if known:
+            options.setdefault("sun", known.sun)
+        several = overlays if isinstance(overlays, list | tuple) else [overlays]
+        laid = tuple(read_overlay(each, heightmap) for each in several)
+        if _in_notebook():
+            from .notebook import View
+
+            return View(heightmap, first, overlays=laid, **options | ({"size": size} if size else {}))
+        from . import run
+
+        return run(heightmap, first, size=size, overlays=laid, **options)
     except (TerrainError, UsageError) as error:
         raise type(error)(in_python(str(error))) from None
-
-
-def _show(
-    source: Any,
-    camera: Camera | None,
-    spacing_m: float | Spacing | None,
-    size: tuple[int, int] | None,
-    overlays: Any,
-    options: dict[str, Any],
-) -> Any:
-    of_file = {name: options.pop(name) for name in OF_FILES.values() if name in options}
-    heightmap = _opened(source, {"spacing_m": spacing_m} | of_file)
-    for note in heightmap.notes:
-        print(f"terrain-gl: note: {in_python(note)}", file=sys.stderr)
-    known = find_bundled(os.fspath(source)) if isinstance(source, str | os.PathLike) else None
-    first = camera or (known.camera if known else standard_view(heightmap))
-    if known:
-        options.setdefault("sun", known.sun)
-    several = overlays if isinstance(overlays, list | tuple) else [overlays]
-    laid = tuple(read_overlay(each, heightmap) for each in several)
-    if _in_notebook():
-        from .notebook import View
-
-        return View(heightmap, first, overlays=laid, **options | ({"size": size} if size else {}))
-    from . import run
-
-    return run(heightmap, first, size=size, overlays=laid, **options)
 
 
 def _opened(source: Any, of_file: dict[str, Any]) -> Heightmap:

@@ -36,9 +36,8 @@ def runs(levels: np.ndarray) -> Iterator[tuple[int, int, int, int]]:
 
 def colour_of(level: int, top: int) -> Colour:
     """Colour of a level: along the ramp of the legend."""
-    at = min(level / max(top, 1), 1.0) * (len(VIRIDIS) - 1)
-    low = min(int(at), len(VIRIDIS) - 2)
-    red, green, blue = (a + (at - low) * (b - a) for a, b in zip(VIRIDIS[low], VIRIDIS[low + 1], strict=True))
+    places = np.linspace(0, 1, len(VIRIDIS))
+    red, green, blue = (float(np.interp(level / max(top, 1), places, ramp)) for ramp in np.transpose(VIRIDIS))
     return red, green, blue
 
 

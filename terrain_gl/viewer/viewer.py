@@ -54,21 +54,7 @@ class Progress(NamedTuple):
 
 
 class Viewer:
-    """Connects the parts.
-
-    Parameters
-    ----------
-    ctx
-        The OpenGL context.
-    target
-        The framebuffer that is shown.
-    size
-        Its width and height.
-    memory
-        The settings of earlier runs; this run adds its own.
-    budget
-        How much time of a frame goes to long work.
-    """
+    """Connects the parts. The framebuffer `target`, of this `size`, is what the user sees."""
 
     def __init__(
         self,
@@ -138,13 +124,12 @@ class Viewer:
         self._remember_map()
         self.painter.interrupt()
         self._draped = None
-        tool = None if is_preview else BrushTool(renderer)
-        self.sculpting.new_map(tool)
+        self.sculpting.new_map(None if is_preview else BrushTool(renderer))
         self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
-        name = Path(opened.heightmap.name).name
-        posts = (opened.heightmap.cols, opened.heightmap.rows)
-        self.painter.new_map(FrameStats(name, posts, is_preview, is_preview and not opened.offer))
+        shown = opened.heightmap
+        frame = FrameStats(Path(shown.name).name, (shown.cols, shown.rows), is_preview, is_preview and not opened.offer)
+        self.painter.new_map(frame)
         self.painter.overlays = () if is_preview else opened.overlays
         if before:
             before.release()
@@ -285,9 +270,9 @@ class Viewer:
     @property
     def settled(self) -> bool:
         """Whether the picture is complete: in full size and lit. Its error may not be measured yet."""
-        is_there = self.scene.has_map and not self.loader.job and not self.tiles.are_coming
-        is_there = is_there and not self.tiles.is_rebuilding
-        return is_there and self.painter.is_done(self.scene.frame_spec()) and not self.tiles.lacks_light
+        if not self.scene.has_map or self.loader.job or self.tiles.are_coming or self.tiles.is_rebuilding:
+            return False
+        return self.painter.is_done(self.scene.frame_spec()) and not self.tiles.lacks_light
 
     @property
     def wait_s(self) -> float:
@@ -314,15 +299,8 @@ class Viewer:
             return Progress(shot.words, shot.share, True)
         return Progress(self.tiles.text, self.tiles.share, False) if self.tiles.are_coming else None
 
-    def frame(self, now_s: float) -> bool:
-        """Do one frame, `now_s` seconds after the start; returns whether the target shows a new picture."""
-        if not self.step(now_s):
-            return False
-        self.draw()
-        return True
-
     def step(self, now_s: float) -> bool:
-        """Work for a while; returns whether the window must be drawn again."""
+        """Work for a while, `now_s` seconds after the start; returns whether the window must be drawn again."""
         self.window.now_s = now_s
         if arrived := self.loader.step():
             self.show(*arrived)
@@ -365,9 +343,9 @@ class Viewer:
         if sculpts:
             self.sculpting.work()
         scene = self.scene
-        moving = scene.controller.moving or sculpts or (scene.is_preview and bool(self.loader.job))
         self.tiles.step()
-        moving = moving or self.tiles.are_coming
+        waits = self.tiles.are_coming or (scene.is_preview and self.loader.job is not None)
+        moving = scene.controller.moving or sculpts or waits
         if self.painter.step(scene.renderer, scene.frame_spec(), self.window.now_s, moving):
             self.window.refresh()
 

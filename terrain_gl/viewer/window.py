@@ -279,32 +279,15 @@ class Window:
 _BUTTONS = {0: "left", 1: "right", 2: "middle"}
 
 
+_NAMED = ("tab", "space", "page_up", "page_down", "home", "end", "escape", "enter", "backspace", "delete", "f1")
+_OTHER_NAMES = {"left_shift": "shift", "right_shift": "shift", "left_control": "ctrl", "right_control": "ctrl"}
+_OTHER_NAMES |= {"kp_enter": "enter", "kp_add": "+", "kp_subtract": "-"}
+
+
 def _key_name(glfw: Any, key: int) -> str:
     """Name of a key by its place on a US keyboard; "" for a key that nothing listens to."""
-    named = {
-        glfw.KEY_LEFT_SHIFT: "shift",
-        glfw.KEY_RIGHT_SHIFT: "shift",
-        glfw.KEY_LEFT_CONTROL: "ctrl",
-        glfw.KEY_RIGHT_CONTROL: "ctrl",
-        glfw.KEY_TAB: "tab",
-        glfw.KEY_SPACE: "space",
-        glfw.KEY_PAGE_UP: "page up",
-        glfw.KEY_PAGE_DOWN: "page down",
-        glfw.KEY_HOME: "home",
-        glfw.KEY_END: "end",
-        glfw.KEY_ESCAPE: "escape",
-        glfw.KEY_ENTER: "enter",
-        glfw.KEY_KP_ENTER: "enter",
-        glfw.KEY_BACKSPACE: "backspace",
-        glfw.KEY_DELETE: "delete",
-        glfw.KEY_F1: "f1",
-        glfw.KEY_LEFT: "left",
-        glfw.KEY_RIGHT: "right",
-        glfw.KEY_UP: "up",
-        glfw.KEY_DOWN: "down",
-        glfw.KEY_KP_ADD: "+",
-        glfw.KEY_KP_SUBTRACT: "-",
-    }
+    names = {name: name.replace("_", " ") for name in (*_NAMED, "left", "right", "up", "down")} | _OTHER_NAMES
+    named = {getattr(glfw, f"KEY_{constant.upper()}"): name for constant, name in names.items()}
     return named.get(key, chr(key).lower() if 32 < key < 127 else "")
 
 

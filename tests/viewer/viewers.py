@@ -59,7 +59,14 @@ def wait_for_threads(viewer):
 
 def later(either, seconds=1.0):
     """Do the frame of an app or a viewer after some seconds; returns whether it shows anything new."""
-    return either.frame(viewer_of(either).window.now_s + seconds)
+    viewer = viewer_of(either)
+    now_s = viewer.window.now_s + seconds
+    if either is not viewer:
+        return either.frame(now_s)
+    stale = viewer.step(now_s)
+    if stale:
+        viewer.draw()
+    return stale
 
 
 def settle(either):
