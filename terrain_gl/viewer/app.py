@@ -171,13 +171,11 @@ class App:
             self.press(command, repeated)
 
     def key_up(self, key: str) -> None:
-        """A key comes up."""
         self.gui.key(key, False)
         if self.viewer.scene.has_map:
             self.viewer.scene.controller.let_go(key)
 
     def write(self, character: int) -> None:
-        """A character is typed."""
         self.gui.write(character)
 
     def lose_keyboard(self) -> None:
@@ -188,7 +186,6 @@ class App:
     # --- The mouse: pixels count from the upper left ------------------------------------------------------------------
 
     def mouse_down(self, button: str, x: float, y: float) -> None:
-        """A mouse button goes down."""
         if not self.captured:
             self.gui.button(button, True)
             if self.gui.covers(x, y):
@@ -196,13 +193,11 @@ class App:
         self.viewer.mouse.press(button, x, y)
 
     def mouse_up(self, button: str, x: float, y: float) -> None:
-        """A mouse button comes up."""
         if not self.captured:
             self.gui.button(button, False)
         self.viewer.mouse.release(button, x, y)
 
     def mouse_move(self, x: float, y: float) -> None:
-        """The cursor moves."""
         if not self.captured:
             self.gui.move(x, y)
         over_panels = not self.captured and self.gui.covers(x, y)

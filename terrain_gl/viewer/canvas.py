@@ -70,7 +70,6 @@ class Canvas:
         target.viewport = (0, 0, *self.size)
 
     def release(self) -> None:
-        """Release GPU resources."""
         for resource in self._targets:
             resource.release()
         for program, vao in self._programs.values():

@@ -161,7 +161,6 @@ class Controller:
         self._travel = self._travel if key == "shift" else None
 
     def let_go(self, key: str) -> None:
-        """A key comes up."""
         self.held.discard(key)
 
     def let_go_all(self) -> None:
@@ -257,7 +256,6 @@ class Controller:
     # --- Time ---------------------------------------------------------------------------------------------------------
 
     def step(self, seconds: float) -> None:
-        """Move for some seconds."""
         if self._travel:
             self._travel_on(seconds)
             return

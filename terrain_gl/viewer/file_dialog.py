@@ -63,7 +63,6 @@ class FileDialog:
                 self._take(Path(chosen[0]))
 
     def go(self, folder: Path) -> None:
-        """List a folder."""
         self.folder = folder
         self.entries = None
         self._reading = threading.Thread(target=self._read, args=(folder,), name=f"listing {folder}", daemon=True)
@@ -88,7 +87,6 @@ class FileDialog:
         return was_open
 
     def join(self) -> None:
-        """Wait until the folder is read."""
         if self._reading:
             self._reading.join()
 
@@ -131,7 +129,6 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _system_dialog(folder: Path) -> Any:
-    """Open the system's dialog; None if the system has none."""
     if sys.platform == "linux" and not any(map(shutil.which, _HELPERS)):
         return None
     try:

@@ -1,13 +1,11 @@
 """Records how the user flies: views and their times, from which a film is drawn afterwards."""
 
 import importlib.util
-from collections.abc import Iterator
 
 from ..camera import Camera
 from ..film.path import CameraPath, Keyframe
 
-EVERY_S = 0.1  # seconds between keyframes; more in flights that would otherwise have more than `MOST` keyframes
-MOST = 2000
+EVERY_S = 0.1  # least time between two keyframes; the last one may come after half of it
 LEAST_S = 0.2  # duration of the shortest film
 
 Sun = tuple[float, float]
@@ -22,21 +20,20 @@ class Filming:
 
     @property
     def running(self) -> bool:
-        """Whether a flight is being recorded."""
         return self._views is not None
 
     def begin(self) -> None:
-        """Begin a flight."""
         self._views = []
         self.near_m = None
 
     def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
-        """Store the view of a frame. If the time is not later than that of the last view, this view replaces it."""
-        if self._views is None:
+        """Store the view of a frame. It replaces the last view, if that came soon after the one before."""
+        views = self._views
+        if views is None:
             return
-        if self._views and now_s <= self._views[-1][0]:
-            self._views.pop()
-        self._views.append((now_s, camera, sun))
+        if views and (now_s <= views[-1][0] or (len(views) > 1 and views[-1][0] - views[-2][0] < EVERY_S)):
+            views.pop()
+        views.append((now_s, camera, sun))
         self.near_m = min((near for near in (self.near_m, near_m) if near), default=None)
 
     def stop(self) -> CameraPath | None:
@@ -45,22 +42,12 @@ class Filming:
         self._views = None
         if len(views) < 2 or views[-1][0] - views[0][0] < LEAST_S:
             return None
+        if len(views) > 2 and views[-1][0] - views[-2][0] < 0.5 * EVERY_S:
+            del views[-2]
         begun_s = views[0][0]
         moving_sun = len({sun for _, _, sun in views}) > 1
-        timed = ((now_s - begun_s, camera, sun) for now_s, camera, sun in _thinned(views))
+        timed = ((now_s - begun_s, camera, sun) for now_s, camera, sun in views)
         return CameraPath([Keyframe(camera, at_s, sun if moving_sun else None) for at_s, camera, sun in timed])
-
-
-def _thinned(views: list[tuple[float, Camera, Sun]]) -> Iterator[tuple[float, Camera, Sun]]:
-    """The first and the last view, and others between them at equal distances in time."""
-    step_s = max(EVERY_S, (views[-1][0] - views[0][0]) / MOST)
-    last_s = views[0][0]
-    yield views[0]
-    for view in views[1:-1]:
-        if view[0] - last_s >= step_s and views[-1][0] - view[0] >= 0.5 * step_s:
-            last_s = view[0]
-            yield view
-    yield views[-1]
 
 
 def film_suffix() -> str:

@@ -99,7 +99,6 @@ class History:
     records: deque[Record] = field(default_factory=lambda: deque(maxlen=FRAMES))
 
     def add(self, stats: dict[str, Any]) -> None:
-        """Add a frame."""
         ms = {stage: stats["ms"].get(stage, 0.0) for stage in STAGES}
         bound_px = stats["certified_max_error_px"]
         drawable = bound_px is not None and math.isfinite(bound_px)  # a budget may have no finite bound

@@ -18,7 +18,6 @@ class ImageReader:
 
     @property
     def busy(self) -> bool:
-        """Whether an image is being read."""
         return self._thread is not None
 
     def read(self, option: str, path: str) -> None:
@@ -43,7 +42,6 @@ class ImageReader:
             self._scene.window.refresh()
 
     def join(self) -> None:
-        """Wait for the thread."""
         if self._thread:
             self._thread.join()
 

@@ -57,7 +57,6 @@ class LightBuilder:
         yield from picture.light_steps(look)
 
     def release(self) -> None:
-        """Release resources and end the thread."""
         self.stop()
         self._thread.shutdown(cancel_futures=True)
 

@@ -138,7 +138,6 @@ class LoadJob:
 
     @property
     def text(self) -> str:
-        """The present work, in a few words."""
         doing = "building the tables of" if self.opened else "making a store of" if self.sample else "reading"
         return f"{doing} {self.name}: {self.progress:.0%}"
 

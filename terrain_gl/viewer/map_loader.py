@@ -43,7 +43,6 @@ class MapLoader:
         self.job = job
 
     def cancel(self) -> None:
-        """Stop loading."""
         if self.job:
             self.job.cancel()
             self.job = None
@@ -133,7 +132,6 @@ class MapLoader:
 
 
 def _spaced(heightmap: Heightmap, spacing_m: Spacing) -> Heightmap:
-    """The same posts with other distances between them."""
     spaced = Heightmap(heightmap.heights, spacing_m, heightmap.name)
     spaced.opened = heightmap.opened and heightmap.opened | {"spacing_m": spacing_m}
     for name in ("scales", "georeference", "look", "of_earth"):

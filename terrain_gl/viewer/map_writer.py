@@ -31,7 +31,6 @@ class MapWriter:
         self._thread.start()
 
     def join(self) -> None:
-        """Wait for the thread."""
         self._thread.join()
 
     def _write(self, write: Callable[[], str]) -> None:

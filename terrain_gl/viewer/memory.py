@@ -137,7 +137,6 @@ class Memory:
         return [path for path in paths if os.path.isfile(path)][:MOST_RECENT]
 
     def save(self) -> None:
-        """Write the file."""
         if self.path is None:
             return
         try:

@@ -48,7 +48,6 @@ class Pose:
 
     @property
     def camera(self) -> Camera:
-        """The camera with this pose."""
         x, y, z = np.asarray(self.eye) + self.axes[2]
         return Camera(self.eye, (x, y, z), self.fov_deg)
 

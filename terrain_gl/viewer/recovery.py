@@ -60,7 +60,6 @@ class Recovery:
         self._writer = MapWriter(str(self.path), heightmap, land)
 
     def join(self) -> None:
-        """Wait until the file is written."""
         if self._writer:
             self._writer.join()
 
@@ -85,7 +84,6 @@ def offer_of(path: Path) -> str:
 
 
 def _runs(pid: int) -> bool:
-    """Whether a process exists."""
     if os.name != "posix":
         return pid == os.getpid()
     try:

@@ -48,7 +48,6 @@ class Shot:
 
     @property
     def words(self) -> str:
-        """A text on what is being drawn."""
         return f"drawing the film {self.path}: {self.share:.0%}" if self.is_film else f"drawing {self.path}"
 
 
@@ -107,13 +106,7 @@ class Saver:
             self._window.say("the recording has ended without a film: the map has changed")
         self.cancel("the picture was not saved: the map has changed")
 
-    def release(self) -> None:
-        """Stop drawing, and finish all files that are being written."""
-        self.cancel()
-        self.join()
-
     def join(self) -> None:
-        """Wait until the last file is written."""
         if self._writing:
             self._writing.join()
 
@@ -216,12 +209,9 @@ class Saver:
         heights = renderer.inspector.drawn_heights()
         missing = len(stats.get("tiles_missing", ()))
         lacks = f"; not complete: {missing} tiles are missing" if missing else ""
-        try:
+        with self._told():
             drawn = heights * np.float32(spec.sides[0].exaggeration)
             mesh = land_mesh(renderer.heightmap, triangles, drawn, spec.sides[0].voids)
-        except TerrainError as error:
-            self._window.say(str(error))
-        else:
             self._in_thread(self._write_mesh, free_path(renderer.heightmap.name, self.mesh_format), mesh, lacks)
 
     def _write_mesh(self, path: Path, mesh: Mesh, lacks: str) -> None:
@@ -308,12 +298,10 @@ class Saver:
         return False
 
     def copy_line(self) -> None:
-        """Copy the command line that draws this view."""
         if not self.line_of:
             return
         spec = self._scene.frame_spec(SIZES[self.size])
-        settings = self._scene.settings
-        options = settings.options
+        options = self._scene.settings.options
         options = self._scene.drawable(options) if self._scene.is_paged else options
         with self._told():
             line = self.line_of(self._scene.heightmap, spec.camera, spec.size, options)

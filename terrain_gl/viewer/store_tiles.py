@@ -45,7 +45,6 @@ class StoreTiles:
 
     @property
     def text(self) -> str:
-        """A text on what is being loaded."""
         return f"loading: missing tiles: {len(self._missing):,}"
 
     @property
@@ -64,7 +63,6 @@ class StoreTiles:
 
     @property
     def _missing(self) -> list[dict[str, str]]:
-        """Missing tiles of all sides."""
         sides = [stats.get("tiles_missing", ()) for stats in self._painter.side_stats]
         return list({tile["tile"]: tile for missing in sides for tile in missing}.values())
 

@@ -95,7 +95,8 @@ class Viewer:
         self.sculpting.cancel()
         if self.lecture:
             self.lecture.end()
-        self.saver.release()
+        self.saver.cancel()
+        self.saver.join()
         self.files.close()
         self.painter.release()
         self.sculpting.join()

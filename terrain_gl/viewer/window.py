@@ -113,14 +113,8 @@ def _opener(
     overlays: tuple[Overlay, ...],
 ) -> Opener:
     sun = options.get("sun") or standard_sun(heightmap)
-    opened = Opened(
-        heightmap,
-        camera or standard_view(heightmap),
-        sun,
-        key=heightmap.name,
-        camera_given=bool(camera),
-        overlays=overlays,
-    )
+    first = camera or standard_view(heightmap)
+    opened = Opened(heightmap, first, sun, heightmap.name, bool(camera), overlays)
     return lambda progress: opened
 
 
@@ -174,7 +168,6 @@ class Window:
         return viewer.painter.frame.stats
 
     def close(self) -> None:
-        """Close the window and release its context."""
         self.ctx.release()
         self._glfw.destroy_window(self._handle)
         self._glfw.terminate()

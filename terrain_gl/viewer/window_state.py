@@ -24,7 +24,6 @@ class WindowState:
 
     @property
     def is_visible(self) -> bool:
-        """Whether the window has any pixels."""
         return min(self.size) > 0
 
     def say(self, text: str, seconds: float = MESSAGE_S) -> None:
@@ -34,11 +33,9 @@ class WindowState:
         self.refresh()
 
     def refresh(self) -> None:
-        """Request that the window is drawn again."""
         self.stale = True
 
     def resize(self, size: Size) -> None:
-        """Store a new size."""
         self.size = size
         self.refresh()
 
