@@ -37,12 +37,8 @@ class Canvas:
     ) -> None:
         """Copy the canvas to a framebuffer.
 
-        Parameters
-        ----------
-        lens
-            A magnifying glass: x and y of its middle from the lower left, radius in pixels, magnification.
-        divider
-            Where the two sides of a split picture meet, 0 to 1; None for one side.
+        `lens` is a magnifying glass: x and y of its middle from the lower left, radius in pixels, magnification. At
+        `divider`, 0 to 1, the two sides of a split picture meet.
         """
         program, vao = self._program("view/canvas.frag")
         program["u_lens"] = lens

@@ -6,6 +6,7 @@ The file is $XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/stat
 
 import json
 import os
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from ..renderer.options import CHOICES, RenderOptions
 from .pose import Pose
-from .settings import UI_SCALES
+from .settings import UI_SCALES, Settings
 from .state import checked
 
 MOST_MAPS = 50
@@ -23,79 +24,28 @@ _REMEMBERED = ("max_error_px", "metric", "method", "style")  # not `triangles`: 
 
 
 class Memory:
-    """The size of the window, render options, and the views and look of each map.
-
-    Parameters
-    ----------
-    path
-        The file; None to remember nothing.
-
-    Attributes
-    ----------
-    complaint
-        A line about a problem with the file; "" if there is none.
-    """
+    """The size of the window, render options, and the views and look of each map; without a path, nothing is saved."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
-        self.complaint = ""
-        self._data: dict[str, Any] = {}
+        self.complaint = ""  # a line about a problem with the file
+        self.window: tuple[int, int] | None = None  # width and height in screen coordinates
+        self.options: dict[str, Any] = {}  # fields of `RenderOptions`
+        self.panel = True  # whether the panel was shown
+        self.ui_scale = 1.0
+        self._maps: dict[str, Any] = {}  # by key, the latest last
         if path and path.exists():
             self._read(path)
 
-    @property
-    def window(self) -> tuple[int, int] | None:
-        """Width and height of the window in screen coordinates."""
-        try:
-            width, height = (int(side) for side in self._data["window"])
-        except (KeyError, TypeError, ValueError, OverflowError):
-            return None
-        return (width, height) if 64 <= min(width, height) <= max(width, height) <= 16384 else None
-
-    @window.setter
-    def window(self, size: tuple[int, int]) -> None:
-        self._data["window"] = list(size)
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Fields of `RenderOptions` as the last run left them."""
-        stored = self._part("drawing")
-        given = {key: stored[key] for key in _REMEMBERED if key in stored}
-        try:
-            RenderOptions(**given)
-        except (TerrainError, TypeError, ValueError):
-            return {}
-        return given
-
-    @options.setter
-    def options(self, options: RenderOptions) -> None:
-        lasting = {key: getattr(options, key) for key in _REMEMBERED}
-        self._data["drawing"] = {key: value for key, value in lasting.items() if value is not None}
-
-    @property
-    def panel(self) -> bool:
-        """Whether the panel was shown."""
-        return self._part("panels").get("panel") is not False
-
-    @panel.setter
-    def panel(self, shown: bool) -> None:
-        self._data["panels"] = {"panel": shown}
-
-    @property
-    def ui_scale(self) -> float:
-        """Factor of the sizes of type and panels."""
-        stored = self._data.get("ui_scale")
-        if isinstance(stored, int | float) and UI_SCALES[0] <= stored <= UI_SCALES[1]:
-            return float(stored)
-        return 1.0
-
-    @ui_scale.setter
-    def ui_scale(self, scale: float) -> None:
-        self._data["ui_scale"] = scale
+    def note(self, settings: Settings, options: RenderOptions) -> None:
+        """Store the user's choices."""
+        self.panel = settings.panel
+        self.ui_scale = settings.ui_scale
+        self.options = {key: value for key in _REMEMBERED if (value := getattr(options, key)) is not None}
 
     def knows(self, key: str) -> bool:
         """Whether a map was shown before."""
-        return key in self._part("maps")
+        return key in self._maps
 
     def bookmarks(self, key: str) -> dict[int, dict[str, Any]]:
         """The bookmarks of a map by number, as `state.state_of` gives them."""
@@ -125,42 +75,54 @@ class Memory:
 
     def note_map(self, key: str, pose: Pose, bookmarks: dict[int, dict[str, Any]], look: str) -> None:
         """Store the views and the look of a map. Only the latest maps are remembered."""
-        maps = self._part("maps")
-        maps.pop(key, None)
+        self._maps.pop(key, None)
         states = {str(n): state for n, state in bookmarks.items()}
-        maps[key] = {"pose": asdict(pose), "look": look, "states": states}
-        self._data["maps"] = dict(list(maps.items())[-MOST_MAPS:])
+        self._maps[key] = {"pose": asdict(pose), "look": look, "states": states}
+        self._maps = dict(list(self._maps.items())[-MOST_MAPS:])
 
     def recent(self, besides: str = "") -> list[str]:
         """Paths of the maps that were shown last, the latest first, without files that are gone."""
-        paths = [key for key in reversed(self._part("maps")) if key != besides and os.path.isabs(key)]
+        paths = [key for key in reversed(self._maps) if key != besides and os.path.isabs(key)]
         return [path for path in paths if os.path.isfile(path)][:MOST_RECENT]
 
     def save(self) -> None:
         if self.path is None:
             return
+        data: dict[str, Any] = {"window": self.window, "drawing": self.options, "panels": {"panel": self.panel}}
+        data |= {"ui_scale": self.ui_scale, "maps": self._maps}
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with replacing(self.path) as part:
-                part.write_text(json.dumps(self._data, indent=1) + "\n", "utf-8")
+                part.write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         except (OSError, TerrainError) as error:
             self.complaint = f"the window's state was not saved: {error}"
 
     def _read(self, path: Path) -> None:
+        """Read the file; values that cannot be used are left out."""
         try:
-            data = json.loads(path.read_text("utf-8"))
+            data: Any = json.loads(path.read_text("utf-8"))
         except (OSError, ValueError, RecursionError) as error:
             self.complaint = f"{path} is not readable and was ignored: {error}"
             return
-        if isinstance(data, dict):
-            self._data = data
-        else:
+        if not isinstance(data, dict):
             self.complaint = f"{path} holds no settings and was ignored"
-
-    def _part(self, name: str) -> dict[str, Any]:
-        part = self._data.get(name)
-        return dict(part) if isinstance(part, dict) else {}
+            return
+        self._maps = _dict(data.get("maps"))
+        self.panel = _dict(data.get("panels")).get("panel") is not False
+        with suppress(KeyError, TypeError, ValueError, OverflowError):
+            width, height = (int(side) for side in data["window"])
+            self.window = (width, height) if 64 <= min(width, height) <= max(width, height) <= 16384 else None
+        with suppress(KeyError, TypeError, ValueError):
+            scale = float(data["ui_scale"])
+            self.ui_scale = scale if UI_SCALES[0] <= scale <= UI_SCALES[1] else 1.0
+        with suppress(TerrainError, TypeError, ValueError):
+            stored = {key: value for key, value in _dict(data.get("drawing")).items() if key in _REMEMBERED}
+            RenderOptions(**stored)
+            self.options = stored
 
     def _map(self, key: str) -> dict[str, Any]:
-        entry = self._part("maps").get(key)
-        return entry if isinstance(entry, dict) else {}
+        return _dict(self._maps.get(key))
+
+
+def _dict(stored: Any) -> dict[str, Any]:
+    return stored if isinstance(stored, dict) else {}

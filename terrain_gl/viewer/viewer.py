@@ -109,9 +109,7 @@ class Viewer:
             self.scene.renderer.release()
         if self._lines:
             self._lines.release()
-        self.memory.options = self.explainer.unsplit
-        self.memory.ui_scale = self.settings.ui_scale
-        self.memory.panel = self.settings.panel
+        self.memory.note(self.settings, self.explainer.unsplit)
         self.memory.save()
 
     # --- The map ------------------------------------------------------------------------------------------------------

@@ -107,10 +107,7 @@ def run(
 
 
 def _opener(
-    heightmap: Heightmap,
-    camera: Camera | None,
-    options: dict[str, Any],
-    overlays: tuple[Overlay, ...],
+    heightmap: Heightmap, camera: Camera | None, options: dict[str, Any], overlays: tuple[Overlay, ...]
 ) -> Opener:
     sun = options.get("sun") or standard_sun(heightmap)
     first = camera or standard_view(heightmap)
