@@ -9,21 +9,15 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..readers.archives import MAPS
 from .window_state import WindowState
 
 ENDINGS = (*MAPS, ".r32", ".zip", ".gz")
 MOST = 2000  # most lines of a list
+PARENT = "../"
 _HELPERS = ("zenity", "matedialog", "qarma", "kdialog")  # programs that portable-file-dialogs starts on Linux
-
-
-class FileEntry(NamedTuple):
-    """A line of the list."""
-
-    name: str
-    is_folder: bool
 
 
 class FileDialog:
@@ -34,7 +28,7 @@ class FileDialog:
         self._on_choice = on_choice
         self.has_desktop = False  # whether the user sits at this machine, so that the system's dialog may be used
         self.folder: Path | None = None  # the folder that the list shows; None while no list is open
-        self.entries: list[FileEntry] | None = None  # folders and maps in it; None while they are being read
+        self.entries: list[str] | None = None  # folders, with a slash, and maps in it; None while they are being read
         self._last = Path.cwd()
         self._system: Any = None
         self._reading: threading.Thread | None = None
@@ -69,11 +63,11 @@ class FileDialog:
         self._reading.start()
         self._window.refresh()
 
-    def choose(self, entry: FileEntry) -> None:
+    def choose(self, entry: str) -> None:
         """Go into a folder of the list, or take a file."""
         assert self.folder
-        path = self.folder.parent if entry.name == ".." else self.folder / entry.name
-        if entry.is_folder:
+        path = self.folder.parent if entry == PARENT else self.folder / entry
+        if entry.endswith("/"):
             self.go(path)
         else:
             self._take(path)
@@ -104,28 +98,23 @@ class FileDialog:
             self._window.refresh()
 
 
-def maps_in(folder: Path) -> tuple[list[FileEntry], str]:
-    """The parent, the folders and the maps of a folder by name; and a line about a problem, "" if there is none."""
-    found: list[FileEntry] = []
+def maps_in(folder: Path) -> tuple[list[str], str]:
+    """The parent, the folders and the maps of a folder; and a line about a problem, "" if there is none.
+
+    Names of folders end with a slash.
+    """
+    names: list[str] = []
     words = ""
     try:
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                if not entry.name.startswith(".") and (_is_folder(entry) or entry.name.lower().endswith(ENDINGS)):
-                    found.append(FileEntry(entry.name, _is_folder(entry)))
+        names = sorted((name for name in os.listdir(folder) if not name.startswith(".")), key=str.lower)
     except OSError as error:
         words = f"{folder}: {error.strerror}"
-    found.sort(key=lambda entry: (not entry.is_folder, entry.name.lower()))
+    folders = {name for name in names if os.path.isdir(folder / name)}
+    found = [f"{name}/" for name in names if name in folders]
+    found += [name for name in names if name not in folders and name.lower().endswith(ENDINGS)]
     if len(found) > MOST:
         words = f"{folder}: the first {MOST:,} of {len(found):,} are shown; type a path under Map"
-    return [FileEntry("..", True), *found[:MOST]], words
-
-
-def _is_folder(entry: os.DirEntry[str]) -> bool:
-    try:
-        return entry.is_dir()
-    except OSError:
-        return False
+    return [PARENT, *found[:MOST]], words
 
 
 def _system_dialog(folder: Path) -> Any:

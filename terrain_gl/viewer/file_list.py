@@ -15,9 +15,8 @@ def show(ui: Widgets, files: FileDialog, size: Size) -> None:
         imgui.text_disabled(str(files.folder))
     imgui.begin_child("maps", (width, 0.5 * size[1]))
     for entry in files.entries or []:
-        name = f"{entry.name}/" if entry.is_folder else entry.name
-        chosen, _ = imgui.selectable(name, False)
-        ui.hint(name, "Go into this folder." if entry.is_folder else "Open this map.")
+        chosen, _ = imgui.selectable(entry, False)
+        ui.hint(entry, "Go into this folder." if entry.endswith("/") else "Open this map.")
         if chosen:
             files.choose(entry)
             break

@@ -11,7 +11,7 @@ import pytest
 from viewers import later, settle
 
 from terrain_gl.viewer import file_dialog
-from terrain_gl.viewer.file_dialog import FileDialog, FileEntry, maps_in
+from terrain_gl.viewer.file_dialog import FileDialog, maps_in
 from terrain_gl.viewer.window_state import WindowState
 
 
@@ -25,12 +25,9 @@ def maps(tmp_path):
 
 
 def test_folders_come_first_and_only_maps_are_listed(maps):
-    assert maps_in(maps) == (
-        [FileEntry("..", True), FileEntry("deep", True), FileEntry("a.npy", False), FileEntry("B.npy", False)],
-        "",
-    )
+    assert maps_in(maps) == (["../", "deep/", "a.npy", "B.npy"], "")
     entries, words = maps_in(maps / "gone")
-    assert entries == [FileEntry("..", True)] and "gone" in words and "\n" not in words
+    assert entries == ["../"] and "gone" in words and "\n" not in words
 
 
 def listed(app):
@@ -69,7 +66,7 @@ def test_a_map_is_chosen_from_the_list(app, maps, monkeypatch):
 
 def test_a_slow_folder_blocks_nothing(app, monkeypatch):
     read = threading.Event()
-    monkeypatch.setattr(file_dialog, "maps_in", lambda folder: read.wait(60) and ([FileEntry("late.npy", False)], ""))
+    monkeypatch.setattr(file_dialog, "maps_in", lambda folder: read.wait(60) and (["late.npy"], ""))
     app.press("ctrl+o")
     for _ in range(3):
         later(app, 0.1)
