@@ -34,11 +34,6 @@ class App:
         As `Viewer` takes them.
     scale
         Pixels of the screen per unit of length: more than 1 on fine screens.
-
-    Raises
-    ------
-    NotInstalledError
-        The extra [gui] is not installed.
     """
 
     def __init__(
@@ -99,16 +94,13 @@ class App:
 
     # --- Errors -------------------------------------------------------------------------------------------------------
 
-    def attempt(self, action: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+    def attempt(self, action: Callable[..., Any], *arguments: Any) -> Any:
         """Call a function and return its result. If it raises an error, show the error in a line, and return None.
 
-        Raises
-        ------
-        Exception
-            There is no map, and none is being loaded, so the app cannot go on.
+        If there is no map, and none is being loaded, the app cannot go on, and raises the error.
         """
         try:
-            return action(*arguments, **named)
+            return action(*arguments)
         except Exception as error:
             loader = self.viewer.loader
             if error is loader.fatal or not (self.viewer.scene.has_map or loader.job):

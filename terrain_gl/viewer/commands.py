@@ -64,14 +64,6 @@ def _toggle_ruler(viewer: Viewer) -> None:
         viewer.window.say("ruler: click on the land; a double click ends the line, Esc puts it away")
 
 
-def _toggle_panel(viewer: Viewer) -> None:
-    viewer.settings.panel = not viewer.settings.panel
-
-
-def _toggle_help(viewer: Viewer) -> None:
-    viewer.settings.help = not viewer.settings.help
-
-
 def _escape(viewer: Viewer) -> None:
     """Cancel one piece of work. If there is none, close one open thing. If nothing is open, ask whether to quit."""
     if viewer.cancel() or viewer.files.close():
@@ -169,10 +161,10 @@ GROUPS: dict[str, list[Command]] = {
         Command("drop a file", "open a map: drop its file on the window"),
     ],
     "Window": [
-        Command("I", "show or hide the panel", ("i",), _toggle_panel),
+        Command("I", "show or hide the panel", ("i",), lambda s: s.settings.toggle("panel")),
         Command("Ctrl + -", "larger or smaller type and panels", CTRL_PLUS, lambda s: s.settings.enlarge(1), True),
         Command("", "", ("ctrl+-",), lambda s: s.settings.enlarge(-1), True),
-        Command("H  F1", "show or hide this help", ("h", "f1"), _toggle_help),
+        Command("H  F1", "show or hide this help", ("h", "f1"), lambda s: s.settings.toggle("help")),
         Command("Esc", "cancel, or close what is open; twice: quit", ("escape",), _escape),
         Command("Ctrl Q", "quit", ("ctrl+q",), lambda s: s.quit()),
     ],

@@ -11,13 +11,7 @@ _VERSIONS = ((4, 5), (4, 3))
 
 
 def library() -> Any:
-    """GLFW, initialised.
-
-    Raises
-    ------
-    TerrainError
-        There is no display.
-    """
+    """GLFW, initialised; `TerrainError` if there is no display."""
     try:
         return glfw_library()
     except TerrainError as error:
@@ -25,13 +19,7 @@ def library() -> Any:
 
 
 def open_window(glfw: Any, size: tuple[int, int], title: str, backend: str = "auto") -> Any:
-    """Open a window; its context is made by EGL, or in the system's own way.
-
-    Raises
-    ------
-    TerrainError
-        There is no OpenGL 4.3.
-    """
+    """Open a window; its context is made by EGL, or in the system's own way. `TerrainError` without OpenGL 4.3."""
     # EGL first: GLX kills the process if an EGL context is current
     ways = {"egl": glfw.EGL_CONTEXT_API, "glfw": glfw.NATIVE_CONTEXT_API}
     with warnings.catch_warnings():

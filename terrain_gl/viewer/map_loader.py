@@ -93,13 +93,7 @@ class MapLoader:
         self.load(before.name, opener)
 
     def step(self) -> tuple[Renderer, Opened] | None:
-        """Load for a while; returns a map to show now, or a preview of it.
-
-        Raises
-        ------
-        TerrainError
-            The first map cannot be shown.
-        """
+        """Load for a while; returns a map to show now, or a preview of it. Raises an error if the first map fails."""
         job = self.job
         if not job:
             return None

@@ -15,10 +15,7 @@ from ..readers.raster import has_rasterio
 class MapWriter:
     """Writes one map to a file, whose ending names the format; `land` identifies what is written.
 
-    Raises
-    ------
-    TerrainError
-        No format has this ending, or a store has no edits.
+    An unknown ending, and a store without edits, are refused with a `TerrainError`.
     """
 
     def __init__(self, path: str, heightmap: Heightmap, land: object = None) -> None:

@@ -41,13 +41,7 @@ class Recovery:
         return writer is not None and writer.land is land and (writer.done or not writer.message)
 
     def write(self, heightmap: Heightmap, land: object) -> None:
-        """Begin to write this land in place of earlier land, in a thread.
-
-        Raises
-        ------
-        TerrainError
-            A store has no edits.
-        """
+        """Begin to write this land in place of earlier land, in a thread; `TerrainError` for a store without edits."""
         if self.folder is None or self._holds(land):
             return
         self.join()

@@ -57,6 +57,10 @@ class Settings:
         self.change_all(exaggeration=1.0)
         self.sides = [side.otherwise(max_error_px=1.0) if side.triangles else side for side in self.sides]
 
+    def toggle(self, choice: str) -> None:
+        """Show the panel or the help page, or hide it: "panel", "help"."""
+        setattr(self, choice, not getattr(self, choice))
+
     def toggle_contours(self) -> None:
         """Draw contour lines at an interval that suits the map, or none."""
         self.change_all(contour_m=0.0 if self.options.contour_m is None else None)

@@ -39,13 +39,7 @@ def state_of(scene: Scene) -> dict[str, Any]:
 
 
 def checked(state: Any, where: str) -> dict[str, Any]:
-    """The state, if it can be shown.
-
-    Raises
-    ------
-    UsageError
-        A key, a view or an option is unknown, or a value is outside its range. The message begins with `where`.
-    """
+    """The state, if it can be shown; else a `UsageError` that begins with `where` and names what is wrong."""
     if not isinstance(state, dict) or (unknown := sorted(set(state) - _KEYS)):
         known = ", ".join(sorted(_KEYS))
         raise UsageError(f"{where}: expected a state with {known}, got {unknown if isinstance(state, dict) else state}")
