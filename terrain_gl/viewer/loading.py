@@ -193,7 +193,8 @@ def preview(heightmap: Heightmap) -> Heightmap | None:
     """A coarse sample of a large map, to be shown while its tables are built; None if the map is small."""
     if max(heightmap.rows, heightmap.cols) <= 4 * PREVIEW_POSTS or heightmap.is_store:
         return None
-    rows, cols = (_sample(n) for n in (heightmap.rows, heightmap.cols))
+    shape = heightmap.rows, heightmap.cols
+    rows, cols = (np.linspace(0, n - 1, min(n, PREVIEW_POSTS)).round().astype(int) for n in shape)
     east, north = heightmap.extent_m
     heights = heightmap.heights[np.ix_(rows, cols)]
     if np.isnan(heights).all():
@@ -201,11 +202,6 @@ def preview(heightmap: Heightmap) -> Heightmap | None:
     few = Heightmap(heights, (east / (len(cols) - 1), north / (len(rows) - 1)), heightmap.name)
     few.georeference = heightmap.georeference and heightmap.georeference.resampled(len(cols), len(rows))
     return few
-
-
-def _sample(n: int) -> np.ndarray:
-    """Indices from 0 to n − 1, at most `PREVIEW_POSTS` of them."""
-    return np.round(np.linspace(0, n - 1, min(n, PREVIEW_POSTS))).astype(int)
 
 
 def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None, added_m: float = 0.0) -> Heightmap:

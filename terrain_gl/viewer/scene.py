@@ -106,8 +106,7 @@ class Scene:
 
     def replace_renderer(self, renderer: Renderer, is_preview: bool) -> Renderer | None:
         """Show another map from now on; returns the renderer of the last map, if any."""
-        before = self._renderer
-        self._renderer = renderer
+        before, self._renderer = self._renderer, renderer
         self.is_preview = is_preview
         return before
 

@@ -91,6 +91,13 @@ def test_a_bookmark_keeps_the_whole_state(app, tmp_path):
     there = viewer.scene.controller.pose
     assert viewer.settings.sides == sides and viewer.scene.frozen
     assert (*there.eye, there.azimuth_deg) == pytest.approx((*pose.eye, pose.azimuth_deg))
+    frozen_for = viewer.scene.frame_spec().sides[0].chosen_for
+    viewer.exaggerate(2.0)
+    raised = viewer.scene.frame_spec().sides[0].chosen_for
+    assert raised.eye == pytest.approx(frozen_for.eye) and raised.target == pytest.approx(frozen_for.target)
+    app.press("2")
+    assert viewer.scene.exaggeration == viewer.scene.controller.exaggeration == 2.0
+    viewer.exaggerate(1.0)
     memory = Memory(tmp_path / "view.json")
     memory.note_map("hills", pose, viewer.scene.bookmarks, "auto")
     memory.save()
