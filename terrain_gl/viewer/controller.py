@@ -17,8 +17,8 @@ from .pose import Pose, hit_ground, not_too_steep, on_map, raised, vector
 MODES = ("fly", "orbit", "walk")
 EASE_S = 0.12  # τ
 TRAVEL_S = 0.8  # duration of a travel to a bookmark
-LOOK_DEG = 0.1  # degrees for each pixel that the mouse moves; then the same in orbit
-ORBIT_DEG = 0.3
+LOOK_DEG = 0.1  # degrees that the camera turns for each pixel of the mouse
+ORBIT_DEG = 0.3  # degrees around the pivot for each pixel of the mouse
 TURN_DEG_S = 40.0  # speed of turning, or orbiting, by keys
 APPROACH = 0.6  # in orbit, the distance falls by a factor of e^0.6 each second
 WHEEL = 1.25  # factor of one notch: of the speed, or of the distance to the place under the cursor
@@ -174,7 +174,7 @@ class Controller:
         self._turn(LOOK_DEG * dx_px, -LOOK_DEG * dy_px)
 
     def grab(self, x: float, y: float) -> None:
-        """Take the ground at a point of the picture as the pivot; x and y are tangents right and up from its middle.
+        """Take the ground at a point of the picture as the pivot; x and y are tangents, to the right and up from the middle.
 
         For a point in the sky, the pivot is the ground in the picture's middle. If this is sky, too, the pivot is a
         point in the air there, as far away as the map's longer side is long.

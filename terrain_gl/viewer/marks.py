@@ -22,12 +22,13 @@ _CORNER = 0.008  # radius of the ring around a corner of the ruler, as a part of
 def lines_on_land(
     scene: Scene, pointer: Pointer, explainer: Explainer, sculpting: Sculpting, ruler: Ruler
 ) -> list[Line]:
-    """All lines of this frame."""
+    """All lines of this frame, at the heights of the map, also where the relief is drawn higher."""
     lines: list[Line] = []
     heightmap = scene.heightmap
+    higher = 1.0, 1.0, scene.exaggeration
     if scene.frozen:
         edges = frustum(scene.frozen, scene.window.size, 0.25 * math.hypot(*heightmap.extent_m))
-        lines += [(edge, _FRUSTUM) for edge in edges]
+        lines += [(edge / higher, _FRUSTUM) for edge in edges]
     if patch := explainer.explanation:
         lines.append((outline(heightmap, patch.corner, (patch.side, patch.side)), _PICKED))
     place = pointer.place if sculpting.brushing and pointer.over_land else None
@@ -36,7 +37,7 @@ def lines_on_land(
     if measured := ruler.profile(heightmap):
         lines.append((on_land(heightmap, measured.places), _RULER))
     for corner in on_land(heightmap, np.reshape(ruler.corners, (-1, 2))):
-        radius_m = _CORNER * float(np.linalg.norm(corner - scene.controller.eye))
+        radius_m = _CORNER * float(np.linalg.norm(corner * higher - scene.controller.eye))
         lines.append((ring(heightmap, float(corner[0]), float(corner[1]), radius_m, 24), _RULER))
     if explainer.box:
         lines.append((outline(heightmap, *explainer.box.on_map), _PICKED))

@@ -71,7 +71,7 @@ class Scene:
 
     @property
     def exaggeration(self) -> float:
-        """How many times higher the relief is drawn. The camera of the window is over this drawn land."""
+        """How many times higher the relief is drawn. The controller moves its camera over the land as drawn."""
         return self.settings.options.exaggeration
 
     @property
@@ -154,7 +154,7 @@ class Scene:
         return FrameSpec(self.for_renderer(camera), size or self.window.size, sides, self.settings.divider)
 
     def for_renderer(self, camera: Camera) -> Camera:
-        """A camera of the window as the renderer needs it, which raises eye and target with the relief."""
+        """A camera of the window at true heights: the renderer itself raises eye and target with the relief."""
         return _raised_camera(camera, 1 / self.exaggeration)
 
     def of_view(self, camera: Camera) -> Camera:

@@ -9,6 +9,7 @@ from viewers import settle, texts
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.viewer import state
 from terrain_gl.viewer.lecture import UNKNOWN, Lecture, read_lecture
+from terrain_gl.viewer.marks import lines_on_land
 from terrain_gl.viewer.memory import Memory
 
 
@@ -95,6 +96,8 @@ def test_a_bookmark_keeps_the_whole_state(app, tmp_path):
     viewer.exaggerate(2.0)
     raised = viewer.scene.frame_spec().sides[0].chosen_for
     assert raised.eye == pytest.approx(frozen_for.eye) and raised.target == pytest.approx(frozen_for.target)
+    lines = lines_on_land(viewer.scene, viewer.pointer, viewer.explainer, viewer.sculpting, viewer.ruler)
+    assert lines[0][0][0] == pytest.approx(frozen_for.eye)  # the frustum begins there
     app.press("2")
     assert viewer.scene.exaggeration == viewer.scene.controller.exaggeration == 2.0
     viewer.exaggerate(1.0)
