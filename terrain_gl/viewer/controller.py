@@ -174,10 +174,10 @@ class Controller:
         self._turn(LOOK_DEG * dx_px, -LOOK_DEG * dy_px)
 
     def grab(self, x: float, y: float) -> None:
-        """Take the ground at a point of the picture as the pivot; x and y are tangents, to the right and up from the middle.
+        """Take the ground at a point of the picture as the pivot.
 
-        For a point in the sky, the pivot is the ground in the picture's middle. If this is sky, too, the pivot is a
-        point in the air there, as far away as the map's longer side is long.
+        x and y are tangents, to the right and up from the middle. For a point in the sky, the pivot is the ground in
+        the picture's middle. If this is sky, too, the pivot is in the air there, as far away as the map is long.
         """
         hits = (self.ground_at(*at) for at in ((x, y), (0.0, 0.0)))
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
