@@ -32,7 +32,7 @@ class Canvas:
     def show(
         self,
         target: moderngl.Framebuffer,
-        lens: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
+        lens: tuple[float, float, float, float] | None = None,
         divider: float | None = None,
     ) -> None:
         """Copy the canvas to a framebuffer.
@@ -41,7 +41,7 @@ class Canvas:
         `divider`, 0 to 1, the two sides of a split picture meet.
         """
         program, vao = self._program("view/canvas.frag")
-        program["u_lens"] = lens
+        program["u_lens"] = lens or (0.0, 0.0, 0.0, 1.0)
         program["u_divider_px"] = -1.0 if divider is None else divider * self.size[0]
         target.use()
         target.viewport = (0, 0, *self.size)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -49,10 +50,6 @@ class Opened:
     offer: str = ""  # for a coarse sample of a raster that needs a store, a line that offers the store
     rest: Opener | None = None  # reads the map itself, if this is a coarse sample that is shown meanwhile
     note: str = ""  # a line for the user on how the map was read
-
-
-class CancelledError(Exception):
-    """The load was cancelled."""
 
 
 def file_opener(path: str) -> Opener:

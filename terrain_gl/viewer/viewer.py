@@ -41,7 +41,6 @@ HINT_S = 10.0
 QUIT_S = 5.0  # Esc closes the window if it is pressed again within this time
 _LONGEST_S = 0.25  # most seconds that the camera moves in one frame, even after a longer frame
 _BACKGROUND = (0.16, 0.19, 0.23)
-_NO_LENS = (0.0, 0.0, 0.0, 1.0)
 _LENS_PX = 110
 
 
@@ -374,8 +373,8 @@ class Viewer:
         return sums_frame(table, self.window.size, self.window.scale)
 
     @property
-    def _lens(self) -> tuple[float, float, float, float]:
+    def _lens(self) -> tuple[float, float, float, float] | None:
         if not (self.settings.lens and self.pointer.over_land):
-            return _NO_LENS
+            return None
         x, y = self.pointer.over_land
         return x, self.window.size[1] - y, _LENS_PX * self.window.scale, self.settings.lens
