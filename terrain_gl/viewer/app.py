@@ -65,7 +65,7 @@ class App:
 
     @property
     def busy(self) -> bool:
-        """Whether the next frame should come at once. If not, it comes after an event or after `wait_s`."""
+        """Whether the next frame should come at once; otherwise the frame comes after an event or `wait_s`."""
         return not self._failed and (bool(self._echoes) or self.viewer.busy)
 
     @property

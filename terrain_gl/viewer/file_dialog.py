@@ -35,7 +35,7 @@ class FileDialog:
 
     @property
     def busy(self) -> bool:
-        """Whether an answer may come without any event."""
+        """Whether the system's dialog is open, or a folder is being read: both end without an event of the window."""
         return self._system is not None or (self.folder is not None and self.entries is None)
 
     def open(self, beside: str = "") -> None:

@@ -5,7 +5,7 @@ import importlib.util
 from ..camera import Camera
 from ..film.path import CameraPath, Keyframe
 
-EVERY_S = 0.1  # least time between two keyframes; the last one may come after half of it
+EVERY_S = 0.1  # least time between two keyframes; the last keyframe may come after half of this time
 LEAST_S = 0.2  # duration of the shortest film
 
 Sun = tuple[float, float]
@@ -27,7 +27,7 @@ class Filming:
         self.near_m = None
 
     def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
-        """Store the view of a frame. It replaces the last view, if that came soon after the one before."""
+        """Store the view of a frame, or replace the last view if this came less than `EVERY_S` after the view before."""
         views = self._views
         if views is None:
             return
@@ -37,7 +37,7 @@ class Filming:
         self.near_m = min((near for near in (self.near_m, near_m) if near), default=None)
 
     def stop(self) -> CameraPath | None:
-        """End the flight, and return it as a path; None if it is too short."""
+        """End the flight, and return its path; None if the flight is too short."""
         views = self._views or []
         self._views = None
         if len(views) < 2 or views[-1][0] - views[0][0] < LEAST_S:

@@ -10,7 +10,7 @@ from ..gpu import gl
 from .frame_budget import FULL, Way
 
 STAGES = ("lod", "draw", "shade")
-FRAMES = 120  # frames that the graphs show
+FRAMES = 120  # number of frames in the graphs
 
 
 @dataclass

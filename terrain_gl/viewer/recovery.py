@@ -1,7 +1,7 @@
 """Recovery files: sculpted land that is not saved yet, for the case that the program ends by an error.
 
 A file is written some seconds after a stroke, and at once after an error. It is removed when the land is saved, and
-when the user leaves without saving. So if the process of a file no longer runs, the file has land that was lost.
+when the user leaves without saving. So if a file is still there, but its process no longer runs, the land was lost.
 """
 
 import os

@@ -83,7 +83,7 @@ class Viewer:
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self.lecture: Lecture | None = None
-        self.lost: list[Path] = []  # recovery files of windows that the user did not close
+        self.lost: list[Path] = []  # recovery files of windows that ended by an error
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
         self._moved_s: float | None = None
@@ -258,7 +258,7 @@ class Viewer:
 
     @property
     def busy(self) -> bool:
-        """Whether the next frame should come at once. If not, it comes after an event or after `wait_s`."""
+        """Whether the next frame should come at once; otherwise the frame comes after an event or `wait_s`."""
         if not self.scene.has_map or self.loader.job or self.window.stale:
             return True
         if self.saver.shot or self.sculpting.headroom or self.sculpting.at_work:

@@ -82,7 +82,7 @@ def run(
     UsageError
         An option is outside its range.
     """
-    RenderOptions(**options)  # errors come before a window opens
+    RenderOptions(**options)  # a wrong option gives an error before a window opens
     load_imgui()
     memory = Memory(None if fresh else state_path())
     panel = memory.panel if panel is None else panel
