@@ -27,7 +27,7 @@ class Filming:
         self.near_m = None
 
     def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
-        """Store the view of a frame, or replace the last view if this came less than `EVERY_S` after the view before."""
+        """Store the view of a frame, or replace the last view if it came less than `EVERY_S` after the view before."""
         views = self._views
         if views is None:
             return
