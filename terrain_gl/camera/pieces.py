@@ -15,8 +15,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..basics.exceptions import UsageError
 
 LARGEST = 2048  # drawn pixels a side of a piece: with 4 samples a pixel, depth and detail take 192 MiB
@@ -73,14 +71,6 @@ class Piece:
         x, y = self.corner
         part_w, part_h = self.size
         return (w / part_w, (w - 2 * x - part_w) / part_w), (h / part_h, (h - 2 * y - part_h) / part_h)
-
-    @property
-    def clip_from_picture(self) -> np.ndarray:
-        """(4, 4) float64: from clip coordinates of the whole picture to those of the piece."""
-        matrix = np.eye(4)
-        for axis in (0, 1):
-            matrix[axis, axis], matrix[axis, 3] = self.window[axis]
-        return matrix
 
 
 def cut(picture: Size, fine: int = 1, largest: int = LARGEST) -> list[Piece]:

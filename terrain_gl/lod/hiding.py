@@ -20,12 +20,12 @@ from ..camera.view import ViewBlock
 from ..gpu import gl
 from ..heightmap import Heightmap
 from ..terrain import Terrain
-from .land import ROUGH_PX, is_above_ground
 from .selection import Goal
 
 SECTORS = 1024  # all around the eye
 SHELLS_PER_DOUBLING = 45.0  # as glsl/lod/rings/hidden.glsl has them
 SHELL_SPACINGS = 64.0
+ROUGH_PX = 64.0  # a mesh with larger errors may be above an eye that is above the ground
 SNAP_PX = 1 / 32  # the rasteriser moves a vertex to a 256th of a pixel
 FARTHEST = {"max": 1.0, "rms": 16.0}  # largest screen error of the drawn surface, as a multiple of the tolerance
 _NOTHING: dict[str, Any] = {"sectors": (0, 0), "shells": 0, "tan_off": 0.0}
@@ -105,6 +105,25 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
         "tan_off": math.tan(2 * math.atan((farthest_px + SNAP_PX) / (2 * focal_px))),
     }
     return Hiding(uniforms, farthest_px, camera)
+
+
+def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_m: float) -> bool:
+    """Whether the eye is over the map, and every point within `reach_m` of it is above the ground.
+
+    Parameters
+    ----------
+    post, up_m
+        Column and row of the post nearest to the eye, and the eye's height in metres above the terrain's base.
+    reach_m
+        Distance of the near plane's corners. The near plane may cut the ground although the eye is above it.
+    """
+    col, row = post
+    heightmap = terrain.heightmap
+    is_over_map = 0 < col < heightmap.cols - 1 and 0 < row < heightmap.rows - 1
+    if not is_over_map or 2 * reach_m > min(heightmap.spacing_m):
+        return False
+    highest_m = terrain.filled[row - 1 : row + 2, col - 1 : col + 2].max() - terrain.base_m
+    return bool(up_m - reach_m > highest_m)
 
 
 def sectors_in_picture(camera: Camera, size: tuple[int, int]) -> tuple[int, int]:

@@ -52,7 +52,6 @@ class QuadtreeSelector(OfPatches):
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
         self.view = view or ViewBlock(ctx)
-        self._own_view = view is None
         self._words = last.first_word + last.words
         # bits: split, cut west, cut north; then the same three as requests (glsl/lod/quadtree/tree.glsl)
         self._split = ctx.buffer(np.zeros(6 * self._words, "u4").tobytes())
@@ -102,8 +101,6 @@ class QuadtreeSelector(OfPatches):
         """Release GPU resources."""
         for resource in (*self._buffers, *self._kernels.values()):
             resource.release()
-        if self._own_view:
-            self.view.release()
 
     @property
     def _buffers(self) -> tuple[moderngl.Buffer, ...]:

@@ -8,7 +8,11 @@ of the next coarser ring (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ..basics.rect import Rect
+from ..camera import Camera, boxes_in_picture
+from ..heightmap import Heightmap
 
 BLOCK_SIDE = 8  # ring cells along a block's side
 # pairs: from this number of triangles on, a ring has this many blocks across
@@ -85,6 +89,25 @@ def rings_around(
         if _covers(rings[-1], last_post):
             break
     return rings
+
+
+def rings_in_picture(
+    rings: list[Ring], heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float
+) -> list[Ring]:
+    """The finest rings that together contain all land in the picture."""
+    dx, dy = heightmap.spacing_m
+    last_col, last_row = heightmap.cols - 1, heightmap.rows - 1
+    needed = len(rings)
+    while needed > 1:  # land beyond a ring is also beyond all finer ones
+        if strips := rings[needed - 2].beyond((last_col, last_row)):
+            west, north, east, south = np.array(strips).T
+            low_m, high_m = (np.full(len(strips), at) for at in heightmap.quantised_m)
+            low = np.stack([dx * west, dy * (last_row - south), low_m], 1)
+            high = np.stack([dx * east, dy * (last_row - north), high_m], 1)
+            if boxes_in_picture(camera, size, near_m, low, high).any():
+                break
+        needed -= 1
+    return rings[:needed]
 
 
 def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_level: int) -> list[Ring]:

@@ -32,9 +32,8 @@ from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from . import budget
 from .hiding import FARTHEST, NO_HIDING, SECTORS, Horizon, hiding, ridge_before
-from .land import rings_in_picture
 from .patches import BARRIER, OfPatches
-from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around
+from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around, rings_in_picture
 from .selection import METRES, Goal, Selection
 
 AGREEING = 2  # rounds of `agree` that run at once; only then Python checks whether leaves are still queued

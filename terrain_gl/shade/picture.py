@@ -26,7 +26,7 @@ from ..light.ground import towards_sun
 from ..light.ramps import LOOKS as RAMPS
 from ..light.ramps import Ramp, Range, Values, ramp_for
 from ..lod import Selection, ViewBlock
-from ..lod.land import ROUGH_PX, is_above_ground
+from ..lod.hiding import ROUGH_PX, is_above_ground
 from ..mesh import MeshDraws
 from ..pages.light import light_of
 from . import contours, surroundings
