@@ -19,12 +19,11 @@ import numpy as np
 from .basics.rect import Rect
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
-from .gpu.layout import Level
+from .gpu.layout import FINE_LEVELS, Level
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
 SMALL_LEVELS = 2  # glsl/error/small.comp computes nodes up to this level, where the map does not cut them off
-FINE_LEVELS = 5  # one thread computes a node of at most this level; a coarser node is cut into blocks of that size
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 72  # of a record `Gathered` in glsl/error/coarse.glsl
 CUT_BYTES = 8  # of each edge, in the buffer `cuts`
@@ -269,7 +268,7 @@ class ErrorTables:
     def _kernel(self, name: str, level: int) -> Any:
         key = name, level, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
-            defines = {"FINE_LEVELS": FINE_LEVELS, "LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
+            defines = {"LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
             self._kernels[key] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
         return self._kernels[key]
 

@@ -183,7 +183,6 @@ def glsl_number(path, name):
 TWICE = [
     ("sat/lines.glsl", "STRIP", sat.STRIP),
     ("sat/spread.comp", "STRIP", sat.STRIP),
-    ("error/coarse.glsl", "FINE_LEVELS", error.FINE_LEVELS),
     ("comparison/clipmap/ring.vert", "BLOCK", clipmap.BLOCK),
     ("comparison/tessellated/levels.comp", "MOST", tessellated.MOST),
     ("light/lights.glsl", "SKY_LOBES", len(gaussians.SKY_AXES)),

@@ -13,9 +13,6 @@
 
 #include "error/worst.glsl"
 
-#ifndef FINE_LEVELS
-#define FINE_LEVELS 5
-#endif
 #define BLOCK (1 << FINE_LEVELS)  // posts a side
 #define MAXIMA 11
 

@@ -1,9 +1,7 @@
 // sat/columns.comp — sums along columns for a renderer with few threads: each row is added to the row below it.
 //   A group owns a band of columns and walks down its rows, eight at a time. So it reads memory in order.
-//
-//        band 0      band 1           Threads of a group are side by side, and step through the band together.
-//   row  0 1 2 0 1 │ 0 1 2 0 1        With FOURS each thread takes four words at once: all
-//                                   rows begin at a multiple of four words.
+//   Threads of a group are side by side, and step through the band together. With FOURS each thread takes four words at
+//   once: all rows begin at a multiple of four words.
 // Python twin: reference.sat
 
 #define THREADS 8u

@@ -25,6 +25,8 @@ LAST_OCTAVES = 1.75  # octaves of each of the last four classes
 NARROW_CELLS = 16.0  # narrow classes begin at the width of this many cells of the map
 SKY_TEXEL = 3  # in stores: cells along a side of a texel of the visible sky; each cell is two posts wide
 MAX_WINDOWS = 16  # most windows around a page of a store; each is half as fine as the one before
+FINE_LEVELS = 5  # one thread computes the errors of a node of at most this level; coarser nodes are cut into blocks
+SECTORS = 1024  # of the horizon, all around the eye
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
 VOID = 1  # bits of a post's mark
 WET = 2
@@ -226,6 +228,8 @@ DEFINES = {
     "CLASSES": CLASSES,
     "WIDE_CLASSES": WIDE_CLASSES,
     "NARROW_CLASSES": NARROW_CLASSES,
+    "FINE_LEVELS": FINE_LEVELS,
+    "SECTORS": SECTORS,
     "PLACES": PLACES,
     "MAX_WINDOWS": MAX_WINDOWS,
     "VOID": VOID,

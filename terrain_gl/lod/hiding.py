@@ -18,11 +18,11 @@ import numpy as np
 from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..gpu import gl
+from ..gpu.layout import SECTORS
 from ..heightmap import Heightmap
 from ..terrain import Terrain
 from .selection import Goal
 
-SECTORS = 1024  # all around the eye
 SHELLS_PER_DOUBLING = 45.0  # as glsl/lod/rings/hidden.glsl has them
 SHELL_SPACINGS = 64.0
 ROUGH_PX = 64.0  # a mesh with larger errors may be above an eye that is above the ground

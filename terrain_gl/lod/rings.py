@@ -31,7 +31,7 @@ from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from . import budget
-from .hiding import FARTHEST, NO_HIDING, SECTORS, Horizon, hiding, ridge_before
+from .hiding import FARTHEST, NO_HIDING, Horizon, hiding, ridge_before
 from .patches import BARRIER, OfPatches
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around, rings_in_picture
 from .selection import METRES, Goal, Selection
@@ -66,7 +66,7 @@ class RingsSelector(OfPatches):
         self._threads = 8 if gl.wants_few_groups(ctx) else 64
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
-        self._defines = {"THREADS": self._threads, "SECTORS": SECTORS}
+        self._defines = {"THREADS": self._threads}
         self._horizon = Horizon(ctx, self.terrain.heightmap)
         self._hiding = NO_HIDING
         self._buffers: dict[str, moderngl.Buffer] = {}

@@ -46,7 +46,7 @@ void main() {
         uint edges = split_edges(finer, level, at), open = split_edges(alike, level, at);
         uint lacking = too_coarse(p, wedges_m(n, n.whole), limit_px) & ~edges;
         uint beyond_help = too_coarse(p, wedges_m(n, n.split), limit_px) & (edges | lacking) | lacking & ~open;
-        if (beyond_help != 0u) ask_for_split(level, at);
+        if (beyond_help != 0u) ask_for(0, level, at);
         else if (lacking != 0u) ask_for_edges(level, at, lacking);
     }
 }

@@ -1,5 +1,4 @@
-// lod/quadtree/explain.comp — the errors of one square of the map, drawn with 1, 2, 4, ... segments:
-//   the choices from which its level was taken. One thread for each level.
+// lod/quadtree/explain.comp — the errors of one square of the map, drawn with 1, 2, 4, ... segments. A thread a level.
 
 #include "lod/quadtree/patch_bound.glsl"
 

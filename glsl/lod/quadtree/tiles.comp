@@ -1,5 +1,5 @@
-// lod/quadtree/tiles.comp — list the tiles that contain nodes of the view's tree. One thread checks one tile.
-// The order of the list may differ from run to run; nothing depends on it.
+// lod/quadtree/tiles.comp — list the tiles that contain nodes of the view's tree. Nothing depends on the list's order.
+//   One thread checks one tile.
 
 #include "lod/quadtree/tree.glsl"
 #include "lod/quadtree/tiles.glsl"

@@ -1,7 +1,7 @@
 // lod/quadtree/tree.glsl — the quadtree of one view: one bit for each node, set if the node is split.
 //   A node exists if its parent is split. It is a leaf if it exists and is not split. Cells, level 0, are never split.
 // Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_max_m(), fan_px(),
-// best_fan_px(), quad_px(), ask_for_split(), ask_for_edges().
+// best_fan_px(), quad_px(), ask_for(), ask_for_edges().
 // Python twins: reference.tree.existing, reference.quadtree.split_edges
 
 #include "error/nodes.glsl"
@@ -61,8 +61,6 @@ uint cut_word(int part, int level, int word, int row) {
 void ask_for(int part, int level, ivec2 at) {
     atomicOr(split[(GRANTED + part) * tree_words() + word_index(level, at.x >> 5, at.y)], 1u << (at.x & 31));
 }
-
-void ask_for_split(int level, ivec2 at) { ask_for(0, level, at); }
 
 // W, N, E, S.
 void ask_for_edges(int level, ivec2 at, uint edges) {

@@ -6,24 +6,14 @@
 
 layout(local_size_x = BLOCK_GROUP) in;
 
-struct RingPatch {
-    ivec2 corner;  // post; may lie beyond the map
-    uint shape;
-    float bound_px;
-};
-layout(std430, binding = 5) writeonly buffer Patches { RingPatch patches[]; };
+layout(std430, binding = 5) writeonly buffer Patches { ivec4 patches[]; };  // mesh/shape.glsl
 
 uniform int u_most_patches;
 
-void write_patch(uint place, RingPatch patch_) {
-    // without room, the view is chosen again with larger buffers
-    if (place < uint(u_most_patches)) patches[place] = patch_;
-}
-
-void write_hidden(ivec2 corner, uvec2 mine) {
+uint place_of_hidden() {
     uint place = atomicAdd(s_written, 1u);
     for (int size = 0; size < SIZES; size++) place += s_count[size];
-    write_patch(place, RingPatch(corner, mine.x, uintBitsToFloat(mine.y ^ HIDDEN)));
+    return place;
 }
 
 void main() {
@@ -36,11 +26,9 @@ void main() {
         if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) continue;
         uvec2 mine = shape[UNITS * b + unit];
         ivec2 corner = block.origin + (unit_at(unit) << block.unit_log2);
-        if ((mine.y & HIDDEN) != 0u) {
-            write_hidden(corner, mine);
-            continue;
-        }
-        uint place = s_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
-        write_patch(place, RingPatch(corner, mine.x, uintBitsToFloat(mine.y)));
+        bool hidden = (mine.y & HIDDEN) != 0u;
+        uint place = hidden ? place_of_hidden() : s_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
+        if (place >= uint(u_most_patches)) continue;  // the view is chosen again with larger buffers
+        patches[place] = ivec4(corner, mine.x, mine.y & ~HIDDEN);
     }
 }

@@ -6,7 +6,7 @@
 //   of at most φ = 2 arctan(E / 2K), K the focal length in pixels (docs/hidden.md). So a sight line to a place beyond
 //   shell k is blocked if it is more than φ below the horizon. A box is hidden if this holds for its highest sight
 //   line, in all sectors that it spans.
-// Provides SECTORS, sector_direction(), shell_radius_m(), is_hidden().
+// Provides sector_direction(), shell_radius_m(), is_hidden().
 // Python twins: reference.sectors_of, reference.sector_directions, reference.is_hidden
 
 #include "lod/rings/leaf.glsl"
@@ -17,9 +17,6 @@ uniform ivec2 u_sectors;       // the first sector that the picture shows, and t
 uniform int u_shells;
 uniform float u_tan_off;        // tan φ: lod/hiding.py
 
-#ifndef SECTORS
-#define SECTORS 1024  // lod/hiding.py
-#endif
 #define SHELLS_PER_DOUBLING 45.0
 #define SHELL_SPACINGS 64.0
 #define SLOPE_SLACK 1e-5  // rounding errors

@@ -5,9 +5,6 @@
 
 #include "lod/rings/hidden.glsl"
 
-#ifndef THREADS
-#define THREADS 64  // threads that the hardware runs at the same time (lod/rings.py)
-#endif
 layout(local_size_x = THREADS) in;
 layout(r32f, binding = 0) uniform writeonly image2D u_out;
 

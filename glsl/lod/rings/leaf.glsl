@@ -60,17 +60,14 @@ vec2 few_cells_m(ivec2 low, int side_log2) {
     return vec2(0.25 * found.x, 0.125 * sqrt(found.y / float(cells.x * cells.y))) * (1.0 + exp2(-18.0));
 }
 
-float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
-    vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
-    return sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
-}
-
 // Largest error and root mean square of a square's cells: from the tables, or from the cells themselves if they are
 // few. For spacings below that of the posts, each cell of the map is cut into parts.
 vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
     if (step_log2 <= 0 && few_m.x < NEVER) return few_m * exp2(2.0 * float(step_log2));
     ivec2 end = low + (1 << side_log2);
-    return vec2(largest_m(low, end, step_log2), rms_of_box_m(low, end, step_log2));
+    vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
+    float rms_m = sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
+    return vec2(largest_m(low, end, step_log2), rms_m);
 }
 
 // A unit that is 1 post wide can have neighbours that cannot be split: up to 2 posts wide if the unit is in ring 0, and

@@ -21,6 +21,9 @@
 #define UNITS 64          // units of a block
 #define SQUARES 85        // squares of 8, 4, 2 and 1 units in a block: 1 + 4 + 16 + 64
 #define MOST_SEGMENTS_LOG2 6  // OpenGL's 64
+#ifndef THREADS
+#define THREADS 64  // threads that the hardware runs at the same time (lod/rings.py)
+#endif
 #define FINEST -5         // log2 of the smallest spacing: 32 segments between two posts
 
 struct Ring {

@@ -15,9 +15,6 @@ const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 
 #define WHOLE 0x200u
 #define OPEN 0x400u
 #define REFINE 0x800u
-#ifndef THREADS
-#define THREADS 64  // threads that the hardware runs at the same time (lod/rings.py)
-#endif
 shared uint s_square[SQUARES];
 shared float s_cost[SQUARES];
 
