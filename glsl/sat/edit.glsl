@@ -1,4 +1,4 @@
-// sat/edit.glsl — an edit of a table: a rectangle gets new values, which differ from the old ones by d. Sums are linear:
+// sat/edit.glsl — an edit of a table: a rectangle gets new values, which differ from old ones by d. Sums are linear:
 //     S_new(x, y) = S_old(x, y) + D(x, y),   D = the table of d, constant to the right of and below the rectangle.
 //   All sums are exact modulo 2^bits, so the result equals a rebuilt table, bit for bit.
 // Python twin: reference.sat

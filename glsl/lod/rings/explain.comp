@@ -1,7 +1,7 @@
 // lod/rings/explain.comp — what the tables say about a patch of the clipmap: its error with T = 1, 2, 4, ... 64
 //   segments a side, and the look-up that decides whether T is enough: how many tiles of the patch are above the
-//   largest class of errors that is within the tolerance there (error/bound.glsl). For squares of 2 × 2 cells or fewer, the
-//   cells themselves are read instead. One thread for each T.
+//   largest class of errors that is within the tolerance there (error/bound.glsl). Squares of 2 × 2 cells or fewer have
+//   no look-up: the cells themselves are read. One thread for each T.
 
 #include "lod/rings/mean.glsl"
 
