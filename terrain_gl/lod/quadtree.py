@@ -8,8 +8,8 @@
     patches   count the patches of each tile; after `place`, write them
     place     find where each tile's patches begin, and write indirect draw commands
 
-With a budget of triangles for the least squares, a price of a triangle decides (glsl/lod/quadtree/summary.glsl). The
-module `budget` finds the price that gives the budget's number of triangles.
+With a budget of triangles for the least squares, the price of a triangle decides (glsl/lod/quadtree/summary.glsl):
+trees are grown for several prices, until the number of triangles is right.
 """
 
 import math
@@ -203,7 +203,7 @@ class QuadtreeSelector(OfPatches):
         self._summary.write(summary)
 
     def _read_summary(self) -> np.void:
-        """A record `layout.SUMMARY`. Reading it is the only time that Python waits for the GPU."""
+        """A record `layout.SUMMARY`. Reading it waits for the GPU."""
         return np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
 
     def _run(self, name: str, *groups: int) -> None:

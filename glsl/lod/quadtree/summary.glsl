@@ -3,7 +3,7 @@
 //   The error is weighted as in lod/quadtree/price.glsl. The price λ is the same for all nodes.
 //   Then no mesh with at most as many triangles has a smaller error (Everett 1963, "Generalized Lagrange multiplier
 //   method").
-//   terrain_gl/lod/budget.py finds the λ that gives the budget's number of triangles.
+//   terrain_gl/lod/quadtree.py searches for the λ that gives the budget's number of triangles.
 // Provides the summary, has_budget().   Python twin: gpu.layout.SUMMARY
 
 #include "blocks/terrain.glsl"
