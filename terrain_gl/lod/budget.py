@@ -4,9 +4,9 @@
 --triangles N --metric rms    the lowest price of a triangle whose mesh has at most N triangles, for the clipmap
 --max-error E --metric rms    the highest price of a triangle whose mesh has a mean error of at most E, for the clipmap
 
-`smallest` does all three: it finds the smallest x whose mesh uses at most a given amount, of triangles or of error. x is
-the logarithm of the tolerance or of the price; for a mean, x is minus the logarithm of the price. A price decides about
-each square alone (glsl/lod/rings/prices.glsl), as a tolerance does.
+`smallest` does all three: it finds the smallest x whose mesh uses at most a given amount, of triangles or of error. x
+is the logarithm of the tolerance or of the price; for a mean, x is minus the logarithm of the price. A price decides
+about each square alone (glsl/lod/rings/prices.glsl), as a tolerance does.
 """
 
 from __future__ import annotations
