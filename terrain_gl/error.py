@@ -8,10 +8,10 @@ Specification: `reference.node_errors`, `reference.split_gains`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from copy import copy
-from typing import Any
+from typing import Any, TypeAlias
 
 import moderngl
 import numpy as np
@@ -27,6 +27,7 @@ SMALL_LEVELS = 2  # glsl/error/small.comp computes nodes up to this level, where
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 72  # of a record `Gathered` in glsl/error/coarse.glsl
 CUT_BYTES = 8  # of each edge, in the buffer `cuts`
+Nodes: TypeAlias = tuple[int, int, int, int]  # a rectangle of nodes or tiles: first column, first row, columns, rows
 _BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
@@ -186,50 +187,42 @@ class ErrorTables:
     def _buffers(self) -> tuple[moderngl.Buffer, ...]:
         return tuple(getattr(self, name) for name in _BUFFERS)
 
-    def _update_nodes(self, j: int, nodes: tuple[int, int, int, int], posts: Rect) -> None:
-        """Recompute a rectangle of nodes of level j (x, y, columns, rows) after a change of `posts`."""
+    def _update_nodes(self, j: int, nodes: Nodes, posts: Rect) -> None:
+        """Recompute a rectangle of nodes of level j after a change of `posts`."""
         x, y, width, height = nodes
-        place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
         self.terrain.bind()
         bind("error/fine.comp", Nodes=self.nodes, Gains=self.gains, Ranges=self.ranges)
         if j <= FINE_LEVELS:
             # the map's rim may cut off the last column and the last row of nodes
             last_x, last_y = self.terrain.all_posts[2:] if j <= SMALL_LEVELS else (0, 0)
             whole = np.clip(((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)).tolist()
-            self._run_nodes("small", j, x, y, *whole)
-            self._run_nodes("fine", j, x + whole[0], y, width - whole[0], height)
-            self._run_nodes("fine", j, x, y + whole[1], whole[0], height - whole[1])
+            self._run("small", j, (x, y, *whole), whole)
+            self._run("fine", j, (x + whole[0], y, width - whole[0], height), (width - whole[0], height))
+            self._run("fine", j, (x, y + whole[1], whole[0], height - whole[1]), (whole[0], height - whole[1]))
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
         moved = self.ctx.buffer(bytes(width * height * 4))
         bind("error/join.comp", Blocks=self.blocks, Gathering=gathering, Cuts=self.cuts, Moved=moved)
-        blocks = 1 << j - FINE_LEVELS
-        of_blocks = -(-width * blocks // 8), -(-height * blocks // 8)
-        self._run("cut", (-(-4 * width * height // 64), 1), place)
-        self._run("gather", of_blocks, place | {"u_posts": posts})
-        self._run("join", of_blocks, place)
-        self._run("write", (-(-width * height // 64), 1), place)
+        blocks = width << j - FINE_LEVELS, height << j - FINE_LEVELS
+        self._run("cut", j, nodes, (4 * width * height,))
+        self._run("gather", j, nodes, blocks, u_posts=posts)
+        self._run("join", j, nodes, blocks)
+        self._run("write", j, nodes, (width * height,))
         gathering.release()
         moved.release()
-
-    def _run_nodes(self, name: str, j: int, x: int, y: int, width: int, height: int) -> None:
-        if width and height:
-            place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
-            self._run(name, (-(-width // 8), -(-height // 8)), place, min(j, SMALL_LEVELS))
 
     def _update_tables(self, j: int, posts: Rect) -> None:
         """Recount a level's tiles that changed, and update the sums."""
         self.terrain.bind()
         level = self.terrain.levels[j]
-        tiles = level.counts
         x, y, width, height = _touched(level, posts, j)
         tile = level.count_tile
         x0, y0 = x // tile, y // tile
         at = (-(-(x + width) // tile) - x0, -(-(y + height) // tile) - y0)
-        counts = Table(*tiles, layers=layout.CLASS_WORDS, first=level.first_count)
-        sums = Table(*tiles, first=level.first_count // layout.CLASS_WORDS)
-        if at == tiles:
-            self._count(j, (x0, y0), at, self.counters, self.squares, counts.first, sums.first)
+        counts = Table(*level.counts, layers=layout.CLASS_WORDS, first=level.first_count)
+        sums = Table(*level.counts, first=level.first_count // layout.CLASS_WORDS)
+        if at == level.counts:
+            self._count(j, 0, 0, self.counters, counts, self.squares, sums)
             self._sat8.build(self.counters, counts)
             self._sat64.build(self.squares, sums)
             return
@@ -237,35 +230,35 @@ class ErrorTables:
         new_sums = Table(*at)
         counters = self.ctx.buffer(reserve=4 * new_counts.words)
         squares = self.ctx.buffer(reserve=8 * new_sums.words)
-        self._count(j, (x0, y0), at, counters, squares, 0, 0)
+        self._count(j, x0, y0, counters, new_counts, squares, new_sums)
         self._sat8.edit(self.counters, counts, counters, new_counts, x0, y0)
         self._sat64.edit(self.squares, sums, squares, new_sums, x0, y0)
         counters.release()
         squares.release()
 
     def _count(
-        self,
-        j: int,
-        first: tuple[int, int],
-        count: tuple[int, int],
-        counters: moderngl.Buffer,
-        squares: moderngl.Buffer,
-        first_counter: int,
-        first_square: int,
+        self, j: int, x: int, y: int, counters: moderngl.Buffer, counts: Table, squares: moderngl.Buffer, sums: Table
     ) -> None:
+        """Write the values that the two tables sum, for tiles from (x, y) on."""
         bind("error/count.comp", Nodes=self.nodes, Counters=counters, Squares=squares)
-        place = {"u_which_level": j, "u_first": first, "u_count": count}
-        place |= {"u_first_counter": first_counter, "u_first_square": first_square}
-        self._run("count", (-(-count[0] // 8), -(-count[1] // 8)), place)
+        tiles = x, y, counts.width, counts.height
+        self._run("count", j, tiles, counts[:2], u_first_counter=counts.first, u_first_square=sums.first)
 
-    def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any], level: int = SMALL_LEVELS) -> None:
-        kernel = self._kernel(name, level)
-        for key, value in uniforms.items():
+    def _run(self, name: str, j: int, nodes: Nodes, threads: Sequence[int], **uniforms: Any) -> None:
+        """Run a kernel over a rectangle of nodes of level j; a work group has 8 × 8 threads, or 64 in a row."""
+        if 0 in threads:
+            return
+        kernel = self._kernel(name, j)
+        place = {"u_which_level": j, "u_first": nodes[:2], "u_count": nodes[2:]}
+        for key, value in (place | uniforms).items():
             kernel[key] = value
-        kernel.run(*groups)
+        side = 64 if len(threads) == 1 else 8
+        kernel.run(*(-(-n // side) for n in threads))
         self.ctx.memory_barrier(_BARRIER)
 
-    def _kernel(self, name: str, level: int) -> Any:
+    def _kernel(self, name: str, j: int) -> Any:
+        """The shader of a pass. Those of small nodes have constants for their level."""
+        level = min(j, SMALL_LEVELS) if name in ("small", "fine") else SMALL_LEVELS
         key = name, level, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
             defines = {"LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
@@ -273,8 +266,8 @@ class ErrorTables:
         return self._kernels[key]
 
 
-def _touched(level: Level, posts: Rect, j: int) -> tuple[int, int, int, int]:
-    """Nodes of level j that a rectangle of posts touches, borders included: first column, first row, columns, rows."""
+def _touched(level: Level, posts: Rect, j: int) -> Nodes:
+    """Nodes of level j that a rectangle of posts touches, borders included."""
     x0, y0 = max(0, posts[0] - 1) >> j, max(0, posts[1] - 1) >> j
     x1, y1 = min(posts[2] >> j, level.size[0] - 1), min(posts[3] >> j, level.size[1] - 1)
     return x0, y0, x1 - x0 + 1, y1 - y0 + 1

@@ -490,13 +490,17 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
     terrain, tables = built(ctx, Heightmap(rough(200, 200)))
     asked = []
     run = tables._run
-    monkeypatch.setattr(
-        tables, "_run", lambda name, groups, at, *level: (asked.append((name, at)), run(name, groups, at, *level))
-    )
+
+    def noted(name, j, nodes, threads, **more):
+        if 0 not in threads:
+            asked.append((name, j, nodes))
+        run(name, j, nodes, threads, **more)
+
+    monkeypatch.setattr(tables, "_run", noted)
     heights = terrain.heightmap.heights.copy()
     heights[70, 81] += 1.0
     tables.update(terrain.edit(0, 0, heights))
-    nodes = {u["u_which_level"]: u["u_count"] for name, u in asked if name in ("small", "fine", "gather")}
+    nodes = {j: rectangle[2:] for name, j, rectangle in asked if name in ("small", "fine", "gather")}
     assert set(nodes) == set(range(1, len(terrain.levels)))
     assert max(w * h for w, h in nodes.values()) <= 4
 
