@@ -228,7 +228,7 @@ def test_the_horizon_is_a_lower_bound_and_close_to_the_reference(ctx, bend):
         selector = renderer.selectors["sat"]
         selector.select(camera, SIZE, 1.0, rings.Goal(1.0, hides=True))
         uniforms = selector._hiding.uniforms
-        drawn = selector._horizon.read()[:, : uniforms["shells"]]
+        drawn = hiding.slopes_of(selector._horizon)[:, : uniforms["shells"]]
     first, end = uniforms["sectors"]
     assert end - first > 50
     ahead = camera.axes[2][:2] / np.linalg.norm(camera.axes[2][:2])
@@ -287,7 +287,7 @@ def test_a_box_is_hidden_exactly_where_the_reference_says(ctx, valley):
     selector, heightmap = frame.selection.surface, renderer.heightmap
     patches = selector.chosen(frame.selection)
     uniforms = selector._hiding.uniforms
-    horizon = selector._horizon.read()[:, : uniforms["shells"]].astype("f8")
+    horizon = hiding.slopes_of(selector._horizon)[:, : uniforms["shells"]].astype("f8")
     first, end = uniforms["sectors"]
     ahead = camera.axes[2][:2] / np.linalg.norm(camera.axes[2][:2])
     agree = 0

@@ -59,25 +59,14 @@ class Hiding(NamedTuple):
 NO_HIDING = Hiding(_NOTHING, 0.0)
 
 
-class Horizon:
-    """The texture that holds the horizon: a column for each sector, a row for each shell around an eye over the map."""
+def horizon_texture(ctx: moderngl.Context, heightmap: Heightmap) -> moderngl.Texture:
+    """A texture for the horizon around any eye over the map: a column for each sector, a row for each shell."""
+    return gl.texel_texture(ctx, (SECTORS, shells_within(heightmap, math.hypot(*heightmap.extent_m))), "f4")
 
-    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
-        shells = shells_within(heightmap, math.hypot(*heightmap.extent_m))
-        self.texture = gl.texel_texture(ctx, (SECTORS, shells), "f4")
 
-    @property
-    def bytes(self) -> int:
-        """GPU memory of the texture."""
-        return 4 * self.texture.width * self.texture.height
-
-    def read(self) -> np.ndarray:
-        """Slopes of the horizon, (sectors, shells) float32."""
-        return np.frombuffer(self.texture.read(), "f4").reshape(-1, SECTORS).T
-
-    def release(self) -> None:
-        """Release GPU resources."""
-        self.texture.release()
+def slopes_of(horizon: moderngl.Texture) -> np.ndarray:
+    """Slopes of the horizon, (sectors, shells) float32."""
+    return np.frombuffer(horizon.read(), "f4").reshape(-1, SECTORS).T
 
 
 def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, int], goal: Goal) -> Hiding:
@@ -161,17 +150,14 @@ def shells_within(heightmap: Heightmap, far_m: float) -> int:
     return math.ceil(SHELLS_PER_DOUBLING * math.log2(1 + far_m / unit_m)) + 1
 
 
-def ridge_before(horizon: np.ndarray, heightmap: Heightmap, camera: Camera, x: float, y: float) -> tuple[float, float]:
+def ridge_before(slopes: np.ndarray, heightmap: Heightmap, camera: Camera, x: float, y: float) -> tuple[float, float]:
     """World (x, y) of the land that rises highest in front of a place, as seen from the eye; exact to about a shell.
 
-    Parameters
-    ----------
-    horizon
-        (sectors, shells) of `Horizon.read`.
+    `slopes` are those of `slopes_of`.
     """
     away = np.array([x, y]) - camera.eye[:2]
     unit_m = SHELL_SPACINGS * min(heightmap.spacing_m)
     shells = 1 + int(SHELLS_PER_DOUBLING * math.log2(1 + math.hypot(*away) / unit_m))
-    slopes = horizon[min(int(sector_of(camera.axes[2][:2], away)), SECTORS - 1), :shells]
-    r_m = unit_m * (2 ** (int(np.argmax(slopes)) / SHELLS_PER_DOUBLING) - 1)
+    in_front = slopes[min(int(sector_of(camera.axes[2][:2], away)), SECTORS - 1), :shells]
+    r_m = unit_m * (2 ** (int(np.argmax(in_front)) / SHELLS_PER_DOUBLING) - 1)
     return camera.eye[0] + r_m * away[0] / math.hypot(*away), camera.eye[1] + r_m * away[1] / math.hypot(*away)

@@ -31,7 +31,7 @@ from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from . import budget
-from .hiding import FARTHEST, NO_HIDING, Horizon, hiding, ridge_before
+from .hiding import FARTHEST, NO_HIDING, hiding, horizon_texture, ridge_before, slopes_of
 from .patches import BARRIER, OfPatches
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around, rings_in_picture
 from .selection import METRES, Goal, Selection
@@ -67,7 +67,7 @@ class RingsSelector(OfPatches):
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
         self._defines = {"THREADS": self._threads}
-        self._horizon = Horizon(ctx, self.terrain.heightmap)
+        self._horizon = horizon_texture(ctx, self.terrain.heightmap)
         self._hiding = NO_HIDING
         self._buffers: dict[str, moderngl.Buffer] = {}
         self._reserve(blocks=1024, patches=16384, draws=256)
@@ -75,7 +75,7 @@ class RingsSelector(OfPatches):
     @property
     def bytes(self) -> int:
         """GPU memory of the blocks, the patches and the draw commands."""
-        return self._horizon.bytes + sum(buffer.size for buffer in self._buffers.values())
+        return 4 * self._horizon.width * self._horizon.height + sum(buffer.size for buffer in self._buffers.values())
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the patches for a picture of `size` (width, height).
@@ -201,7 +201,7 @@ class RingsSelector(OfPatches):
         """World (x, y) of the ridge that hides a place (x, y), for the last selection."""
         camera = self._hiding.camera
         assert camera
-        return ridge_before(self._horizon.read(), self.terrain.heightmap, camera, x, y)
+        return ridge_before(slopes_of(self._horizon), self.terrain.heightmap, camera, x, y)
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -248,9 +248,9 @@ class RingsSelector(OfPatches):
         """
         hiding = self._hiding
         if hiding.sectors:
-            bind("lod/rings/horizon.comp", u_out=self._horizon.texture)
+            bind("lod/rings/horizon.comp", u_out=self._horizon)
             self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
-        bind("lod/rings/hidden.glsl", u_horizon=self._horizon.texture)
+        bind("lod/rings/hidden.glsl", u_horizon=self._horizon)
         bind("lod/rings/shapes.glsl", Shapes=self._buffers["shapes"])
         over = 0
         has_agreed = False
