@@ -1,4 +1,4 @@
-"""Check the certificate's assumptions about a driver's tessellator, on the captured triangles of a few patches.
+"""Check the certificate's assumptions about a driver's tessellator: capture a few patches with the shaders of the mesh.
 
 OpenGL does not say how a driver joins the vertices on a patch's edge with the vertices inside. The bound of a cell
 whose edges are cut (docs/guarantee.md, section 3) holds if each triangle stays within one cell, and has new vertices on
