@@ -44,13 +44,12 @@ PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
 }
 
 vec2 larger(vec4 e) { return max(e.xz, e.yw); }
-vec3 largest(vec4 drawn, vec2 cut) { return vec3(larger(drawn), max(cut.x, cut.y)); }
 
 // Errors, raised by a bound of the rounding errors.
 vec4 raised(Node n, vec4 e) { return e * (1.0 + exp2(-19.0)) + n.rounding_m; }
 
 // The errors as a quad, as a fan, and as a cell of a patch.
-vec3 most_m(Node n, PostErrors e) { return raised(n, vec4(largest(e.drawn, e.cut), 0.0)).xyz; }
+vec3 most_m(Node n, PostErrors e) { return raised(n, vec4(larger(e.drawn), max(e.cut.x, e.cut.y), 0.0)).xyz; }
 
 void gather(inout Worst w, Node n, PostErrors e) {
     vec4 wedge = raised(n, larger(e.wedge).xxyy);

@@ -7,9 +7,8 @@
 //       t² / 90     as a quad, with either diagonal,
 //       t² / 1440   as a fan around its centre, (a + b + c + d) / 4.
 //   So each of the fan's two additional triangles removes (n − 1) t² (1/90 − 1/1440) / 2 = (n − 1) t² / 192.
-//   The mean square of a node's sag is about half the square of its largest value G.
-//   A split divides the sag by four, and adds six triangles.
-//   So each of them removes about p (1 - 1/16) G² / 12, where p is the number of the node's posts.
+//   The mean square of a node's sag is about half the square of its largest value G. A split divides the sag by four,
+//   and adds six triangles. So each of them removes about p (1 - 1/16) G² / 12, p the number of the node's posts.
 // Provides pays(), split_pays(), quad_pays(), cell_fan_pays().   Python twin: reference.cell_squares (t²)
 
 #include "error/node_errors.glsl"
