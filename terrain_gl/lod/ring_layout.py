@@ -85,7 +85,7 @@ def rings_around(
     finest = min(top_level, max(0, math.floor(math.log2(max(away_m, half_m) / half_m))) + left_out)
     rings = []
     for level in range(finest, top_level + 1):
-        rings.append(_on_map(_ring_at(level, centre, blocks), last_post))
+        rings.append(_ring_at(level, centre, blocks, last_post))
         if _covers(rings[-1], last_post):
             break
     return rings
@@ -120,7 +120,7 @@ def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_le
     across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
     centre = (0.5 * last_post[0], 0.5 * last_post[1])
     blocks = _blocks_across(spacing_m, across)
-    rings = (_on_map(_ring_at(level, centre, blocks), last_post) for level in range(top_level + 1))
+    rings = (_ring_at(level, centre, blocks, last_post) for level in range(top_level + 1))
     return next([ring] for ring in rings if _covers(ring, last_post))
 
 
@@ -130,29 +130,16 @@ def _blocks_across(spacing_m: tuple[float, float], across: int) -> tuple[int, in
     return max(across, round(across * largest / east)), max(across, round(across * largest / north))
 
 
-def _ring_at(level: int, centre: tuple[float, float], blocks: tuple[int, int]) -> Ring:
-    origin = _start_of(level, centre[0], blocks[0]), _start_of(level, centre[1], blocks[1])
-    return Ring(level, origin, blocks)
-
-
-def _start_of(level: int, centre: float, blocks: int) -> int:
-    """Where a ring begins along one axis: about half its width before the centre."""
-    step = 4 << level
-    return step * math.floor((centre - 0.5 * blocks * (BLOCK_SIDE << level)) / step + 0.5)
-
-
-def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
-    """The ring without the rows and columns of blocks that lie beyond the map."""
-    (level, (col, row), (cols, rows)) = ring
-    last_col, last_row = last_post
-    col, cols = _part_on_map(level, col, cols, last_col)
-    row, rows = _part_on_map(level, row, rows, last_row)
+def _ring_at(level: int, centre: tuple[float, float], blocks: tuple[int, int], last_post: tuple[int, int]) -> Ring:
+    """The ring around a place, without rows and columns of blocks that lie beyond the map."""
+    (col, cols), (row, rows) = (_along(level, *axis) for axis in zip(centre, blocks, last_post, strict=True))
     return Ring(level, (col, row), (cols, rows))
 
 
-def _part_on_map(level: int, start: int, blocks: int, last: int) -> tuple[int, int]:
-    """`_on_map` along one axis: the first post, and the number of blocks."""
-    side = BLOCK_SIDE << level
+def _along(level: int, centre: float, blocks: int, last: int) -> tuple[int, int]:
+    """First post and number of blocks along one axis. A ring begins about half its width before the centre."""
+    step, side = 4 << level, BLOCK_SIDE << level
+    start = step * math.floor((centre - 0.5 * blocks * side) / step + 0.5)
     first, end = max(0, -start // side), min(blocks, -((start - last) // side))
     return start + side * first, max(1, end - first)
 
