@@ -257,7 +257,7 @@ class ErrorTables:
         self.ctx.memory_barrier(_BARRIER)
 
     def _kernel(self, name: str, j: int) -> Any:
-        """The shader of a pass. Those of small nodes have constants for their level."""
+        """The shader of a pass; the shaders of small nodes are compiled for each level."""
         level = min(j, SMALL_LEVELS) if name in ("small", "fine") else SMALL_LEVELS
         key = name, level, self.terrain.heightmap.voids > 0
         if key not in self._kernels:

@@ -185,7 +185,7 @@ class Inspector:
         return triangles, counts | bound | loaded
 
     def _everywhere(self, max_error_m: float) -> tuple[Selection, dict[str, Any]]:
-        """The mesh of the whole map, from the quadtree. For a store, from the clipmap, which waits for its tiles."""
+        """The mesh of the whole map by the quadtree; for a store by the clipmap, after all its tiles are loaded."""
         if not self.resources.streaming:
             return self.resources.quadtree.select_everywhere(max_error_m), {}
         rings = self.resources.selectors["sat"]

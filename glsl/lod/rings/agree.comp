@@ -42,7 +42,7 @@ void write_units(int id, int units_log2, uint word) {
     for (int i = 0; i < 1 << 2 * units_log2; i++) cell[first + unit_in(units_log2, i)] = word;
 }
 
-// Writes a quarter of a leaf that is split. Its spacing is at most that of the whole leaf.
+// Writes a quarter of a leaf that is split. Its spacing is at most the spacing of the whole leaf.
 void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Projection p, bool is_new) {
     int side_log2 = whole.side_log2 - 1;
     bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));
