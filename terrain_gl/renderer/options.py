@@ -347,18 +347,11 @@ class RenderOptions:
 
     @property
     def shading(self) -> Look:
-        """The options of shading."""
-        ground = Values(self.drape, self.ramp, self.ramp_range) if self.drape else self.material
-        return Look(
-            *(self.style, self.sun, self.sky, ground, self.water_m, self.wires),
-            land=self.look,
-            voids=self.voids,
-            edge=self.edge,
-            grain=self.grain,
-            contour_m=self.contour_m,
-            ramp_range=self.ramp_range,
-            error_scale_px=self.error_scale_px,
-        )
+        """The options of shading: `Look` has fields of the same names."""
+        same = {each.name: getattr(self, each.name) for each in fields(Look) if each.name in OPTIONS}
+        if self.drape:
+            same["material"] = Values(self.drape, self.ramp, self.ramp_range)
+        return Look(**same, land=self.look)
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:
         """The camera with the curvature of the ground and the exaggeration that the options give.
