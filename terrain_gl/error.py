@@ -245,15 +245,14 @@ class ErrorTables:
         self._run("count", j, tiles, counts[:2], u_first_counter=counts.first, u_first_square=sums.first)
 
     def _run(self, name: str, j: int, nodes: Nodes, threads: Sequence[int], **uniforms: Any) -> None:
-        """Run a kernel over a rectangle of nodes of level j; a work group has 8 × 8 threads, or 64 in a row."""
+        """Run a kernel over a rectangle of nodes of level j."""
         if 0 in threads:
             return
         kernel = self._kernel(name, j)
         place = {"u_which_level": j, "u_first": nodes[:2], "u_count": nodes[2:]}
         for key, value in (place | uniforms).items():
             kernel[key] = value
-        side = 64 if len(threads) == 1 else 8
-        kernel.run(*(-(-n // side) for n in threads))
+        kernel.run(*_groups(threads))
         self.ctx.memory_barrier(_BARRIER)
 
     def _kernel(self, name: str, j: int) -> Any:
@@ -264,6 +263,12 @@ class ErrorTables:
             defines = {"LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
             self._kernels[key] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
         return self._kernels[key]
+
+
+def _groups(threads: Sequence[int]) -> list[int]:
+    """Work groups for so many threads: a group has 8 × 8 threads, or 64 in a row."""
+    side = 64 if len(threads) == 1 else 8
+    return [-(-n // side) for n in threads]
 
 
 def _touched(level: Level, posts: Rect, j: int) -> Nodes:

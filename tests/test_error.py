@@ -10,7 +10,7 @@ from ring_scenes import change_shaders
 
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.error import _BUFFERS, FINE_LEVELS, ErrorTables
+from terrain_gl.error import _BUFFERS, FINE_LEVELS, ErrorTables, _groups
 from terrain_gl.gpu import gl, layout, shaders
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.sat import Table
@@ -524,7 +524,9 @@ def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
     most = 65535  # GL_MAX_COMPUTE_WORK_GROUP_COUNT, guaranteed
     scene.terrain.levels = layout.quadtree(16384, 16384)
     groups = []
-    monkeypatch.setattr(scene.tables, "_run", lambda name, count, *_: groups.append((name, *count)))
+    monkeypatch.setattr(
+        scene.tables, "_run", lambda name, _j, _nodes, threads, **_: groups.append((name, *_groups(threads)))
+    )
     for name in ("build", "edit"):
         monkeypatch.setattr(scene.tables._sat8, name, lambda *_: None)
         monkeypatch.setattr(scene.tables._sat64, name, lambda *_: None)
