@@ -98,10 +98,15 @@ def test_a_sheet_is_an_array_that_appears_where_it_is_written(seed):
         area = slice(*y.tolist()), slice(*x.tolist())
         values = rng.uniform(-9, 9, whole[area].shape).astype(np.float32)
         if rng.random() < 0.3:
-            sheet.clear(area)
+            sheet.put(area, np.full_like(values, 7.0))
+            sheet.forget_empty(area)
             whole[area] = 7.0
+        elif rng.random() < 0.5:
+            sheet.put(area, values)
+            whole[area] = values
         else:
-            sheet.put(area, values, np.maximum)
+            for entries, part in sheet.views(area):
+                entries[...] = np.maximum(entries, values[part])
             whole[area] = np.maximum(whole[area], values)
         found = sheet.get((slice(3, 37), slice(5, 50)))
         np.testing.assert_array_equal(whole[3:37, 5:50] if found is not None else 7.0, 7.0 if found is None else found)

@@ -15,7 +15,6 @@ from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import lattice_direction
 from terrain_gl.pages import light as page_light
 from terrain_gl.pages import windows as page_windows
-from terrain_gl.pages.map import PagedMap
 from terrain_gl.pages.sweep import PageSweep
 from terrain_gl.pages.windows import MARGIN, windows_of
 from terrain_gl.renderer import Renderer
@@ -333,13 +332,6 @@ def test_light_of_a_page_whose_surroundings_cannot_be_read_is_missing(hills):
     with Renderer(Blind(hills[1]), SIZE) as renderer:
         stats = renderer.draw(standard_view(hills[0], "default"), 4.0, **LIT)
         assert stats["complete"] and stats["tiles_unlit"] > 0  # drawn as lambert
-
-
-def test_maps_that_only_have_pages_answer_for_their_lattice(hills):
-    stored = StoredMap(hills[1])
-    for level, rows, cols in ((0, slice(5, 40), slice(250, 261)), (1, slice(90, 101), slice(0, 131))):
-        ours = PagedMap.lattice_heights(stored, level, rows, cols)
-        np.testing.assert_array_equal(ours, stored.lattice_heights(level, rows, cols))
 
 
 def test_normals_of_coarse_pages_have_no_steps(tmp_path, alone):

@@ -14,3 +14,9 @@ class NotInstalledError(TerrainError):
 
 class UsageError(TerrainError):
     """The request itself makes no sense (exit status 2)."""
+
+
+def reason_of(error: BaseException) -> str:
+    """Why something failed, in one line."""
+    words = " ".join(str(error).split())
+    return words if isinstance(error, TerrainError) else f"{type(error).__name__}: {words}"

@@ -1,10 +1,12 @@
 """Rectangles of posts: the posts that an edit changed or that must be computed again, and the nodes over them."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 Rect = tuple[int, int, int, int]  # first column and row, last column and row: all four belong to it
+Area = tuple[slice, slice]  # rows and columns
 
 
 def hull(a: Rect, b: Rect) -> Rect:
@@ -61,3 +63,17 @@ def span_of(flags: np.ndarray, first: int = 0) -> slice:
     """Slice from the first to the last flag that is set, shifted by `first`."""
     where = np.flatnonzero(flags)
     return slice(first + int(where[0]), first + int(where[-1]) + 1)
+
+
+def tiles_over(area: Area, side: int) -> Iterator[tuple[tuple[int, int], Area, Area]]:
+    """The tiles of `side` × `side` entries over an area: row and column of each, and its overlap, in tile and area."""
+    rows, cols = (list(_tiles_along(part, side)) for part in area)
+    for row, down, y in rows:
+        for col, across, x in cols:
+            yield (row, col), (down, across), (y, x)
+
+
+def _tiles_along(part: slice, side: int) -> Iterator[tuple[int, slice, slice]]:
+    for k in range(part.start // side, -(-part.stop // side)):
+        common = slice(max(part.start, k * side), min(part.stop, (k + 1) * side))
+        yield k, slice(common.start - k * side, common.stop - k * side), within(common, part)

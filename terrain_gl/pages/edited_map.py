@@ -10,20 +10,22 @@ One thread edits; any thread may read.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from copy import copy
+from copy import copy, deepcopy
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
-from ..basics.rect import Rect, span_of
+from ..basics.rect import Area, span_of
 from ..gpu.layout import VOID, WET
 from ..heightmap import MAX_HEIGHT_M
 from ..terrain import quantisation_range, widened_range
 from .edited_records import EditedRecords
-from .map import Page, PagedMap, PageKey, PostsOnDemand
-from .sheet import Area, Sheet
+from .map import Page, PagedHeights, PagedMap, PageKey
+from .sheet import Sheet
 from .widening import Scale, moves, touched
+
+BYTES_OF_POST = 48  # rough memory of an edited post, with its records on all levels, and the rest of its tiles
 
 
 class Square(NamedTuple):
@@ -55,11 +57,10 @@ class EditedMap(PagedMap):
     def __init__(self, base: PagedMap) -> None:
         self.__dict__.update(base.__dict__)
         self.base = base
-        self.heights = EditedHeights(self)  # type: ignore[assignment]
-        side = base.tile
-        levels = range(base.top + 1)
-        self._heights = [Sheet(side, np.nan) for _ in levels]
-        self._records = EditedRecords(side, base.top, (base.rows - 1, base.cols - 1), _scale(base))
+        self._last = base.rows - 1, base.cols - 1
+        self.heights = PagedHeights(self, (base.rows, base.cols))  # type: ignore[assignment]
+        self._heights = [Sheet(base.tile, np.nan) for _ in range(base.top + 1)]
+        self._records = EditedRecords(base.tile, base.top, self._last, _scale(base))
         self._roots: dict[PageKey, Page] = {}
         self._versions: dict[PageKey, int] = {}
         self._epoch = 0  # number of the last change that changed all pages
@@ -71,12 +72,10 @@ class EditedMap(PagedMap):
         """A copy with its own edits."""
         assert heights is None
         own = copy(self)
-        own.heights = EditedHeights(own)  # type: ignore[assignment]
-        own._heights = [sheet.copy() for sheet in self._heights]
-        own._records = self._records.copy()
+        own.heights = PagedHeights(own, (self.rows, self.cols))  # type: ignore[assignment]
+        for name in ("_heights", "_records", "_versions", "wide"):
+            setattr(own, name, deepcopy(getattr(self, name)))
         own._roots = dict(self._roots)
-        own._versions = dict(self._versions)
-        own.wide = dict(self.wide)
         return own
 
     @property
@@ -120,7 +119,7 @@ class EditedMap(PagedMap):
         self._check(new)
         rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
         stored, old, new = (each[rows, cols] for each in (stored, old, new))
-        at = area[0].start + rows.start, area[1].start + cols.start
+        where = slice(y + rows.start, y + rows.stop), slice(x + cols.start, x + cols.stop)
         self._keep_roots()
         self._widen_range(float(new.min()), float(new.max()))
         self.edits = self.edits + 1
@@ -128,33 +127,33 @@ class EditedMap(PagedMap):
         self.saved_as = ""
         edits = np.where(stored.view(np.uint32) == new.view(np.uint32), np.float32(np.nan), new)
         for level in range(self.top + 1):
-            self._write_level(level, at, old, new, edits)
-        where = slice(at[0], at[0] + new.shape[0]), slice(at[1], at[1] + new.shape[1])
-        self._note_wide(where)
+            self._write_level(level, where, old, new, edits)
+        for level in sorted({min(self.tile.bit_length() - 1, self.top), self.top} - {0}):
+            nodes = self._nodes_at(where, level)
+            for row, col in np.ndindex(*(s.stop - s.start for s in nodes)):
+                self.wide[Square(level, nodes[0].start + row, nodes[1].start + col)] = self.edits
         return where
 
     def _check(self, new: np.ndarray) -> None:
         low, high = float(new.min()), float(new.max())
         if max(-low, high) > MAX_HEIGHT_M:
             raise TerrainError(f"{self.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}")
-        if self.bytes + 32 * new.size > self.memory_bytes:
+        if self.bytes + BYTES_OF_POST * new.size > self.memory_bytes:
             raise TerrainError(
                 f"{self.name}: its edits need more than {self.memory_bytes >> 20} MiB: save them, and build the store "
                 "again, or give more --memory"
             )
 
-    def _write_level(
-        self, level: int, at: tuple[int, int], old: np.ndarray, new: np.ndarray, edits: np.ndarray
-    ) -> None:
-        last = self.rows - 1, self.cols - 1
-        posts, within = zip(*(_lattice(at[i], new.shape[i], level, last[i]) for i in (0, 1)), strict=True)
-        if posts[0].stop > posts[0].start and posts[1].stop > posts[1].start:
-            self._heights[level].put(posts, edits[np.ix_(*within)])
-            self._heights[level].forget_empty(posts)
+    def _write_level(self, level: int, where: Area, old: np.ndarray, new: np.ndarray, edits: np.ndarray) -> None:
+        lattice = [_lattice(s, level, last) for s, last in zip(where, self._last, strict=True)]
+        rows, cols = (posts for posts, _ in lattice)
+        if rows.stop > rows.start and cols.stop > cols.start:
+            self._heights[level].put((rows, cols), edits[np.ix_(*(within for _, within in lattice))])
+            self._heights[level].forget_empty((rows, cols))
         if level:
-            nodes = self.nodes_at(at, new.shape, level)
-            self._records.move(level, nodes, moves(old, new, at, level, last))
-        for key in self.pages_over((at[1], at[0], at[1] + new.shape[1] - 1, at[0] + new.shape[0] - 1), level):
+            at = where[0].start, where[1].start
+            self._records.move(level, self._nodes_at(where, level), moves(old, new, at, level, self._last))
+        for key in self.pages_over(where, level):
             self._versions[key] = self.changes
 
     def _keep_roots(self) -> None:
@@ -174,26 +173,16 @@ class EditedMap(PagedMap):
         self._records.rescale(self.scale)
         self._epoch = self.changes + 1
 
-    def _note_wide(self, where: Area) -> None:
-        rows, cols = where
-        for level in sorted({min(self.tile.bit_length() - 1, self.top), self.top} - {0}):
-            nodes = self.nodes_at((rows.start, cols.start), (rows.stop - rows.start, cols.stop - cols.start), level)
-            for row in range(nodes[0].start, nodes[0].stop):
-                for col in range(nodes[1].start, nodes[1].stop):
-                    self.wide[Square(level, row, col)] = self.edits
-
     # --- What was edited ----------------------------------------------------------------------------------------------
 
-    def nodes_at(self, at: tuple[int, int], shape: tuple[int, ...], level: int) -> Area:
+    def _nodes_at(self, posts: Area, level: int) -> Area:
         """The nodes of a level that a rectangle of posts touches."""
-        last = self.rows - 1, self.cols - 1
-        rows, cols = (slice(*touched(at[i], at[i] + shape[i], level, last[i])) for i in (0, 1))
+        rows, cols = (slice(*touched(s.start, s.stop, level, last)) for s, last in zip(posts, self._last, strict=True))
         return rows, cols
 
-    def pages_over(self, rect: Rect, level: int) -> list[PageKey]:
-        """The pages of a level that posts of columns x0 to x1 and rows y0 to y1 change."""
-        x0, y0, x1, y1 = rect
-        return self._pages_of(self.nodes_at((y0, x0), (y1 - y0 + 1, x1 - x0 + 1), level), level)
+    def pages_over(self, posts: Area, level: int) -> list[PageKey]:
+        """The pages of a level that a rectangle of posts changes."""
+        return self._pages_of(self._nodes_at(posts, level), level)
 
     def version(self, key: PageKey) -> int:
         """The number of the last change of a page."""
@@ -250,9 +239,9 @@ class EditedMap(PagedMap):
 
     def page(self, key: PageKey) -> Page:
         """Read a page with its edits."""
-        level, row, col = key
+        level = key[0]
         page = self._roots[key] if key in self._roots else self.base.page(key)
-        places = zip((row, col), page.heights.shape, strict=True)
+        places = zip(key[1:], page.heights.shape, strict=True)
         rows, cols = (slice(k * self.tile, k * self.tile + n - 1) for k, n in places)
         posts = slice(rows.start, rows.stop + 1), slice(cols.start, cols.stop + 1)
         heights = self._patched(page.heights, level, posts)
@@ -281,40 +270,14 @@ class EditedMap(PagedMap):
         return heights if patch is None else np.where(np.isnan(patch), heights, patch)
 
 
-class EditedHeights(PostsOnDemand):
-    """All posts of an edited map, as an array. A slice or an index reads the tiles that it needs."""
-
-    def __init__(self, edited: EditedMap) -> None:
-        self._edited = edited
-        self.shape = (edited.base.rows, edited.base.cols)
-
-    def __getitem__(self, index: Any) -> Any:
-        """Posts at (rows, columns): two slices, two numbers, or two arrays of numbers."""
-        rows, cols = index
-        if isinstance(rows, slice) and isinstance(cols, slice):
-            (y, end, down), (x, right, across) = (s.indices(n) for s, n in zip((rows, cols), self.shape, strict=True))
-            if down > 0 and across > 0:
-                return self._edited.part(slice(y, max(y, end)), slice(x, max(x, right)))[::down, ::across]
-            rows, cols = np.arange(y, end, down)[:, None], np.arange(x, right, across)
-        found = np.array(self._edited.base.heights[rows, cols])
-        row, col = np.broadcast_arrays(rows, cols)
-        sheet = self._edited._heights[0]
-        for at, tile in list(sheet.tiles.items()):
-            mine = (row // sheet.side == at[0]) & (col // sheet.side == at[1])
-            if mine.any():
-                edits = tile[row[mine] % sheet.side, col[mine] % sheet.side]
-                found[mine] = np.where(np.isnan(edits), found[mine], edits)
-        return found if found.ndim else found[()]
-
-
 def _scale(heightmap: PagedMap) -> Scale:
     _, low_m, span_m = quantisation_range(*heightmap.quantised_m)
     return Scale(low_m, span_m)
 
 
-def _lattice(first: int, count: int, level: int, last: int) -> tuple[slice, np.ndarray]:
+def _lattice(posts: slice, level: int, last: int) -> tuple[slice, np.ndarray]:
     """Along one axis, the posts of a level's lattice inside an edit, and their places in the edit."""
-    start, stop = -(-first >> level), ((first + count - 1) >> level) + 1
-    if first + count - 1 == last:
+    start, stop = -(-posts.start >> level), ((posts.stop - 1) >> level) + 1
+    if posts.stop - 1 == last:
         stop = -(-last >> level) + 1
-    return slice(start, stop), np.minimum(np.arange(start, stop) << level, last) - first
+    return slice(start, stop), np.minimum(np.arange(start, stop) << level, last) - posts.start

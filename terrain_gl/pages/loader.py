@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Sequence
 
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import reason_of
 from .map import PagedMap, PageKey
 from .sums import Sums, bytes_at_work, sums_of
 
@@ -19,7 +19,7 @@ OF_WORK = 0.25  # share of `memory_bytes` for pages that are being read or wait 
 
 
 class Loader:
-    """Reads pages in threads.
+    """Reads pages, each in a thread of its own, of which at most `threads` run.
 
     Attributes
     ----------
@@ -33,16 +33,14 @@ class Loader:
         self._heightmap = heightmap
         self.patience_s = patience_s
         self._most = max(1, int(OF_WORK * heightmap.memory_bytes) // bytes_at_work(heightmap.tile))
-        self._threads = min(threads, self._most)
-        self._wanted: list[PageKey] = []
+        self._threads = threads
+        self._wanted: list[PageKey] = []  # not begun yet; the most wanted page is the last one
         self._wants: set[PageKey] = set()
         self._begun: dict[PageKey, float] = {}  # start times
         self._ready: dict[PageKey, Sums] = {}
         self._read_as: dict[PageKey, int] = {}  # versions of pages that were read
         self.failed: dict[PageKey, str] = {}
         self._changed = threading.Condition()
-        self._closed = False
-        self._running = 0
         self._has_news = False
 
     @property
@@ -81,10 +79,7 @@ class Loader:
                 del self._ready[key]
             known = self._begun.keys() | self._ready.keys() | self.failed.keys()
             self._wanted = [key for key in keys if key not in known][::-1]
-            self._give_up()
-            while self._running < self._threads and self._running < len(self._wanted):
-                self._start()
-            self._changed.notify_all()
+            self._begin()
 
     def take(self) -> list[tuple[PageKey, Sums]]:
         """The pages that have been read, coarse ones first. The caller uses them or puts them back."""
@@ -92,7 +87,7 @@ class Loader:
             ready = self._ready
             self._ready = {}
             self._has_news = False
-            self._changed.notify_all()
+            self._begin()
         return sorted(ready.items(), key=lambda item: (-item[0][0], item[0]))
 
     def put_back(self, key: PageKey, sums: Sums, is_news: bool) -> None:
@@ -106,71 +101,48 @@ class Loader:
         with self._changed:
             if not self._has_news:
                 self._changed.wait(seconds)
-            self._give_up()
+            self._begin()
 
     def release(self) -> None:
-        """End the threads. A thread that is reading ends after that read."""
-        with self._changed:
-            self._closed = True
-            self._wanted = []
-            self._ready = {}
-            self._changed.notify_all()
+        """Begin no more pages. A thread that is reading ends after that read."""
+        self.want(())
 
-    def _start(self) -> None:
-        self._running += 1
-        threading.Thread(target=self._work, name="reading pages", daemon=True).start()
-
-    def _give_up(self) -> None:
-        """Count pages without an answer as missing. New threads replace the threads that wait for these pages."""
+    def _begin(self) -> None:
+        """Begin as many pages as may be read at a time; pages without an answer count as missing."""
         late = time.monotonic() - self.patience_s
         for key in [key for key, begun in self._begun.items() if begun < late]:
             del self._begun[key]
             self.failed[key] = f"no answer for {self.patience_s:g} s"
-            self._running = self._running - 1
             self._has_news = True
-
-    def _work(self) -> None:
-        while (begun := self._next()) is not None:
-            key, version = begun
-            try:
-                sums = self._read(key)
-                reason = ""
-            except Exception as error:  # a thread must report every error
-                words = " ".join(str(error).split())
-                sums = None
-                reason = words if isinstance(error, TerrainError) else f"{type(error).__name__}: {words}"
-            with self._changed:
-                if key not in self._begun:
-                    return  # too late: another thread has replaced this one
-                del self._begun[key]
-                if version != self._heightmap.version(key):
-                    if key in self._wants:
-                        self._wanted.append(key)
-                elif sums is None:
-                    self.failed[key] = reason
-                elif key in self._wants and not self._closed:
-                    self._ready[key] = sums
-                    self._read_as[key] = version
-                self._has_news = True
-                self._changed.notify_all()
-
-    def _read(self, key: PageKey) -> Sums:
-        for left in range(TRIES - 1, -1, -1):
-            heightmap = self._heightmap
-            try:
-                return sums_of(heightmap.page(key), key, heightmap)
-            except Exception:
-                if not left:
-                    raise
-        raise AssertionError("there is at least one try")
-
-    def _next(self) -> tuple[PageKey, int] | None:
-        """The next page to read, and its version; None when the loader is closed."""
-        with self._changed:
-            while not self._closed and not (self._wanted and len(self._ready) + len(self._begun) < self._most):
-                self._changed.wait()
-            if self._closed:
-                return None
+        room = min(self._threads - len(self._begun), self._most - len(self._begun) - len(self._ready))
+        while self._wanted and room > 0:
             key = self._wanted.pop()
             self._begun[key] = time.monotonic()
-            return key, self._heightmap.version(key)
+            asked = key, self._heightmap.version(key)
+            threading.Thread(target=self._read, args=asked, name="reading pages", daemon=True).start()
+            room -= 1
+
+    def _read(self, key: PageKey, version: int) -> None:
+        sums = None
+        reason = ""
+        for _ in range(TRIES):
+            try:
+                sums = sums_of(self._heightmap, key)
+                break
+            except Exception as error:  # a thread must report every error
+                reason = reason_of(error)
+        with self._changed:
+            if key not in self._begun:
+                return  # too late: it counts as missing
+            del self._begun[key]
+            if version != self._heightmap.version(key):
+                if key in self._wants:
+                    self._wanted.append(key)
+            elif sums is None:
+                self.failed[key] = reason
+            elif key in self._wants:
+                self._ready[key] = sums
+                self._read_as[key] = version
+            self._has_news = True
+            self._begin()
+            self._changed.notify_all()

@@ -42,13 +42,7 @@ class Page(NamedTuple):
 
 
 class PostsOnDemand:
-    """All posts of a map as an array. Its elements are not in memory; they are computed or loaded when they are read.
-
-    Attributes
-    ----------
-    shape
-        Rows and columns.
-    """
+    """All posts of a map as an array. They are not in memory: they are computed or loaded when they are read."""
 
     dtype = np.dtype(np.float32)
     ndim = 2
@@ -65,7 +59,18 @@ class PostsOnDemand:
         return 4 * self.size
 
     def __getitem__(self, index: Any) -> Any:
-        """Posts at (rows, columns)."""
+        """Posts at (rows, columns): slices, numbers, or arrays of numbers; negative numbers are not supported."""
+        rows, cols = (
+            np.arange(*each.indices(n)) if isinstance(each, slice) else np.asarray(each)
+            for each, n in zip(index, self.shape, strict=True)
+        )
+        if isinstance(index[0], slice) and isinstance(index[1], slice):
+            rows = rows[:, None]
+        found = self._at(*np.broadcast_arrays(rows, cols))
+        return found if found.ndim else found[()]
+
+    def _at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        """Posts at rows and columns, two arrays of one shape."""
         raise NotImplementedError
 
     def __mul__(self, factor: float) -> PostsOnDemand:
@@ -82,6 +87,34 @@ class Exaggerated(PostsOnDemand):
 
     def __getitem__(self, index: Any) -> Any:
         return self._posts[index] * self._factor
+
+
+class PagedHeights(PostsOnDemand):
+    """The true heights of a paged map, NaN where void. Reading them loads the tiles that they are in."""
+
+    def __init__(self, heightmap: PagedMap, shape: tuple[int, int]) -> None:
+        self.shape = shape
+        self._heightmap = heightmap
+
+    def __getitem__(self, index: Any) -> Any:
+        rows, cols = index
+        if isinstance(rows, slice) and isinstance(cols, slice):  # whole rectangles are faster than single posts
+            (y, end, down), (x, right, across) = (s.indices(n) for s, n in zip(index, self.shape, strict=True))
+            if down > 0 and across > 0:
+                return self._heightmap.part(slice(y, max(y, end)), slice(x, max(x, right)))[::down, ::across]
+        return super().__getitem__(index)
+
+    def _at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        found = np.empty(rows.shape, np.float32)
+        side = self._heightmap.tile
+        tiles = rows // side * self.shape[1] + cols // side
+        for tile in np.unique(tiles):
+            mine = tiles == tile
+            row, col = rows[mine], cols[mine]
+            first = row.min(), col.min()
+            part = self._heightmap.part(slice(first[0], row.max() + 1), slice(first[1], col.max() + 1))
+            found[mine] = part[row - first[0], col - first[1]]
+        return found
 
 
 class PagedMap(Heightmap):
@@ -128,18 +161,7 @@ class PagedMap(Heightmap):
         TerrainError
             A tile of them is missing or damaged.
         """
-        found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
-        most = self.pages(level)
-        first = min(rows.start // self.tile, most[0] - 1), min(cols.start // self.tile, most[1] - 1)
-        for row in range(first[0], min((rows.stop - 1) // self.tile + 1, most[0])):
-            for col in range(first[1], min((cols.stop - 1) // self.tile + 1, most[1])):
-                heights = self.page((level, row, col)).heights
-                y, x = row * self.tile, col * self.tile
-                top, left = max(rows.start, y), max(cols.start, x)
-                part = heights[top - y : rows.stop - y, left - x : cols.stop - x]
-                top, left = top - rows.start, left - cols.start
-                found[top : top + part.shape[0], left : left + part.shape[1]] = part
-        return found
+        raise NotImplementedError
 
     def lattice_marks(self, level: int, rows: slice, cols: slice) -> np.ndarray | None:
         """Marks of posts of a level's lattice, (rows, cols) uint8; None for a map without marks."""
@@ -244,6 +266,13 @@ class Numbering:
         level = int(np.searchsorted(self.first, number, "right")) - 1
         row, col = divmod(int(number - self.first[level]), int(self.size[level, 1]))
         return level, row, col
+
+    def above(self, numbers: np.ndarray) -> np.ndarray:
+        """The pages of the next coarser level that cover pages, by their numbers; none for pages of the coarsest."""
+        numbers = numbers[numbers < self.first[-2]]
+        level = np.searchsorted(self.first, numbers, "right") - 1
+        row, col = np.divmod(numbers - self.first[level], self.size[level, 1])
+        return np.unique(self.first[level + 1] + row // 2 * self.size[level + 1, 1] + col // 2)
 
     def over(self, boxes: Boxes, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """All pages over each box at its level, as pairs: the index of the box, the number of the page."""

@@ -5,6 +5,7 @@ Pages of the coarsest level are always loaded, so that every place has a height 
 Nothing here waits for a disk.
 """
 
+import itertools
 import math
 from collections.abc import Iterable
 
@@ -125,10 +126,7 @@ class PagePool:
 
     def hide(self) -> None:
         """Treat all pages except the roots as not loaded. They keep their slots as long as there is room."""
-        stamps = self._stamps
-        number = self.numbering.number
-        for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: passes its last use to the page above
-            stamps[number(above(key))] = max(stamps[number(above(key))], stamps[number(key)])
+        for key in self.slot_of.keys() - set(self.roots):
             self._hidden[key] = self.slot_of.pop(key)
             self._slots_of[self.numbering.number(key)] = 0
             self._touch(key)
@@ -151,7 +149,7 @@ class PagePool:
         """An empty slot; if there is none, the slot of the least recently used hidden page."""
         if self._free and key not in self._hidden:
             return self._free.pop()
-        old = min(self._hidden, key=lambda other: (other != key, self._stamps[self.numbering.number(other)], other))
+        old = min(self._hidden, key=lambda other: (other != key, self._stamp_of(other), other))
         return self._hidden.pop(old)
 
     def _enter(self, key: PageKey, slot: int) -> None:
@@ -160,7 +158,7 @@ class PagePool:
         number = self.numbering.number(key)
         self.slot_of[key] = slot
         self._slots_of[number] = slot + 1 | (LIT if self._lit[slot] else 0)
-        self._stamps[number] = self._stamp
+        self.hold(key)
         part = self._fine_under(key)
         part[part >> 24 >= level] = slot | level << 24
         self._touch(key)
@@ -176,33 +174,36 @@ class PagePool:
 
     def use(self, boxes: Boxes, level: np.ndarray) -> None:
         """Note that a view needs the pages over boxes, each at its level, and all pages above them."""
-        self._stamps[np.unique(self.numbering.over(boxes, level)[1])] = self._stamp
+        self._use(np.unique(self.numbering.over(boxes, level)[1]))
 
     def hold(self, key: PageKey) -> None:
-        """Note that a view needs a loaded page."""
-        self._stamps[self.numbering.number(key)] = self._stamp
+        """Note that a view needs a page, and all pages above it."""
+        self._use(np.array([self.numbering.number(key)]))
+
+    def _use(self, numbers: np.ndarray) -> None:
+        while len(numbers):
+            self._stamps[numbers] = self._stamp
+            numbers = self.numbering.above(numbers)
+
+    def _is_used(self, key: PageKey) -> bool:
+        return key[0] == self.top_level or bool(self._stamp_of(key) > self._stamp - self.views)
+
+    def _stamp_of(self, key: PageKey) -> int:
+        return int(self._stamps[self.numbering.number(key)])
 
     def light(self, key: PageKey) -> None:
         """Note that a loaded page has light. Shaders see it after `send`."""
-        number = self.numbering.number(key)
-        self._slots_of[number] |= np.uint32(LIT)
+        self._slots_of[self.numbering.number(key)] |= np.uint32(LIT)
         self._lit[self.slot_of[key]] = True
-        row = number // ROW
-        self._changed = min(self._changed[0], row), max(self._changed[1], row + 1)
+        self._touch(key)
 
     def is_lit(self, key: PageKey) -> bool:
         """Whether a loaded page has light."""
         return bool(self._slots_of[self.numbering.number(key)] & np.uint32(LIT))
 
     def in_use(self) -> list[PageKey]:
-        """Loaded pages that the present views use, and the pages above them; the largest in the picture first."""
-        used = set(self.roots)
-        for key in self.slot_of:
-            if self._stamps[self.numbering.number(key)] > self._stamp - self.views:
-                while key not in used:
-                    used.add(key)
-                    key = above(key)
-        return sorted(used, key=lambda key: (-self._width(key), key))
+        """Loaded pages that the present views use; the largest in the picture first."""
+        return sorted(filter(self._is_used, self.slot_of), key=lambda key: (-self._width(key), key))
 
     def _width(self, key: PageKey) -> float:
         """Approximate width of a page in the picture, up to a factor."""
@@ -215,13 +216,7 @@ class PagePool:
 
     def spare(self) -> list[PageKey]:
         """Pages that can be removed, the least recently used first; no roots, and no pages of the present views."""
-        stamps = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}
-        roots = set(self.roots)
-        for key in sorted(stamps):  # finest first: a page is in use if a page below it is in use
-            if key not in roots:
-                stamps[above(key)] = max(stamps[above(key)], stamps[key])
-        old = (key for key, stamp in stamps.items() if stamp <= self._stamp - self.views and key not in roots)
-        return sorted(old, key=lambda key: (stamps[key], key))
+        return sorted(itertools.filterfalse(self._is_used, self.slot_of), key=lambda key: (self._stamp_of(key), key))
 
     def make_room(self, pages: int) -> int:
         """Free slots until `pages` of them are free, or no page can be removed; returns the number of free slots."""

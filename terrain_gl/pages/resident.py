@@ -6,7 +6,6 @@ Numpy twin of `height_m` in glsl/pages/terrain.glsl.
 from __future__ import annotations
 
 from copy import copy
-from typing import Any
 
 import numpy as np
 
@@ -53,19 +52,8 @@ class ResidentHeights(PostsOnDemand):
         other.marks = np.zeros(self.copies.shape, np.uint8)
         return other
 
-    def __getitem__(self, index: Any) -> Any:
-        """Posts at (rows, columns): slices, numbers, or arrays of numbers; negative numbers are not supported."""
-        rows, cols = (
-            np.arange(*each.indices(n)) if isinstance(each, slice) else each
-            for each, n in zip(index, self.shape, strict=True)
-        )
-        if isinstance(index[0], slice) and isinstance(index[1], slice):
-            rows = rows[:, None]
-        found = self._at(np.asarray(rows), np.asarray(cols))
-        return found if found.ndim else found[()]
-
     def _at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        posts = np.broadcast_arrays(rows, cols)
+        posts = rows, cols
         fine = [np.minimum(p >> self._log2, n - 1) for p, n in zip(posts, self._finest.shape, strict=True)]
         word = self._finest[fine[0], fine[1]]
         level = (word >> 24).astype(np.int64)

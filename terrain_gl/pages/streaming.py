@@ -8,7 +8,7 @@ where a page is missing, the records of a coarser page bound the error.
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,9 +41,6 @@ class Streaming:
 
     Attributes
     ----------
-    waits
-        Whether pictures wait until all pages that can be loaded are loaded. If not, call `select` for each frame of a
-        flight.
     is_repeatable
         Whether a view that waits starts from the coarsest pages. Then its picture does not depend on earlier views.
         Otherwise finer pages of earlier views stay, and normals are computed from these pages.
@@ -51,10 +48,6 @@ class Streaming:
         A function that is called with the loaded share, 0 to 1, while `select` waits; None for no calls.
     clock
         Tells the time of a frame in seconds.
-    rebuilder
-        Computes the records of edited nodes anew; None before the first time.
-    holds_back
-        Whether rebuilding waits, because more edits follow at once.
     """
 
     def __init__(self, tables: PagedTables) -> None:
@@ -64,8 +57,8 @@ class Streaming:
         self.is_repeatable = False
         self.progress: Callable[[float], None] | None = None
         self.clock: Callable[[], float] = time.monotonic
-        self.rebuilder: Rebuilder | None = None
-        self.holds_back = False
+        self._rebuilder = Rebuilder()
+        self._holds_back = False  # rebuilding waits, because more edits follow at once
         self._motion = Motion()
         self._recent: deque[list[PageKey]] = deque()  # pages that each of the present views lacks
         self._later: list[PageKey] = []  # pages that the view ahead needed when it was last computed
@@ -74,7 +67,7 @@ class Streaming:
 
     @property
     def waits(self) -> bool:
-        """Whether `select` waits until all pages that can be loaded are loaded."""
+        """Whether `select` waits until all pages that can be loaded are loaded. If not, call it for each frame."""
         return self.terrain.waits
 
     @waits.setter
@@ -84,9 +77,8 @@ class Streaming:
     @property
     def has_news(self) -> bool:
         """Whether the next frame would differ from the last one: a missing page was read, or new records are ready."""
-        has_records = self.rebuilder is not None and self.rebuilder.has_ready
         came = any(key in self.terrain.slot_of for lacked in self._recent for key in lacked)  # for another view
-        return has_records or came or (not self._is_complete and self.loader.has_ready)
+        return self._rebuilder.has_ready or came or (not self._is_complete and self.loader.has_ready)
 
     @property
     def is_loading(self) -> bool:
@@ -109,34 +101,30 @@ class Streaming:
     def release(self) -> None:
         """End the threads."""
         self.loader.release()
-        if self.rebuilder:
-            self.rebuilder.release()
+        self._rebuilder.release()
 
     # --- Edits --------------------------------------------------------------------------------------------------------
 
     def follow(self, more_follow: bool = False) -> None:
         """Follow an edit: drop what threads have read of pages that it changed. `more_follow`: more edits come soon."""
-        self.holds_back = more_follow
+        self._holds_back = more_follow
         self.loader.follow(self.terrain.heightmap)
-        if self.rebuilder:
-            self.rebuilder.failed = ""
+        self._rebuilder.failed = ""
+
+    @property
+    def _edited(self) -> EditedMap | None:
+        heightmap = self.terrain.heightmap
+        return heightmap if isinstance(heightmap, EditedMap) else None
 
     @property
     def is_rebuilding(self) -> bool:
         """Whether records of edited nodes are being computed anew."""
-        return self.rebuilder is not None and self.rebuilder.is_busy
+        return self._rebuilder.is_busy
 
     @property
     def is_wide(self) -> bool:
         """Whether any bounds of the map are wide: `rebuild_steps` would make them smaller."""
-        heightmap = self.terrain.heightmap
-        return isinstance(heightmap, EditedMap) and bool(heightmap.wide)
-
-    @property
-    def wide(self) -> int:
-        """Number of tiles of the present view whose bounds are wide: `rebuild_steps` would make them smaller."""
-        heightmap = self.terrain.heightmap
-        return sum(map(heightmap.is_wide, self.terrain.in_use())) if isinstance(heightmap, EditedMap) else 0
+        return self._edited is not None and bool(self._edited.wide)
 
     def rebuild_steps(self) -> Steps[None]:
         """Compute the records of edited nodes anew, in a thread; yields progress from 0 to 1. Then bounds are exact.
@@ -146,36 +134,29 @@ class Streaming:
         TerrainError
             A tile cannot be read, or there is no OpenGL for the thread. The bounds stay wide, but they still hold.
         """
-        heightmap = self.terrain.heightmap
+        edited = self._edited
         first = 0
-        while isinstance(heightmap, EditedMap) and heightmap.wide:
-            first = max(first, len(heightmap.wide))
-            self._start_rebuilding(heightmap)
-            assert self.rebuilder
-            self.rebuilder.wait(WAIT_S)
-            self._take_rebuilt(heightmap)
-            if self.rebuilder.failed:
-                raise TerrainError(f"{heightmap.name}: its bounds stay wide: {self.rebuilder.failed}")
-            yield 1 - len(heightmap.wide) / first
+        while edited and edited.wide:
+            first = max(first, len(edited.wide))
+            self._rebuilder.want(edited)
+            self._rebuilder.wait(WAIT_S)
+            self._take_rebuilt(edited)
+            if self._rebuilder.failed:
+                raise TerrainError(f"{edited.name}: its bounds stay wide: {self._rebuilder.failed}")
+            yield 1 - len(edited.wide) / first
 
-    def _start_rebuilding(self, heightmap: EditedMap) -> None:
-        self.rebuilder = self.rebuilder or Rebuilder()
-        self.rebuilder.want(heightmap)
-
-    def _take_rebuilt(self, heightmap: EditedMap) -> None:
+    def _take_rebuilt(self, edited: EditedMap) -> None:
         """Store finished records in the map, and replace the pages that hold them."""
-        if self.rebuilder and (keys := self.rebuilder.take(heightmap)):
+        if keys := self._rebuilder.take(edited):
             self._tables.renew(keys)
-            self.loader.follow(heightmap)
+            self.loader.follow(edited)
 
     def _rebuild(self) -> None:
         """Compute records in the background while a flight goes on."""
-        heightmap = self.terrain.heightmap
-        if not isinstance(heightmap, EditedMap):
-            return
-        self._take_rebuilt(heightmap)
-        if not self.holds_back and not (self.rebuilder and self.rebuilder.failed):
-            self._start_rebuilding(heightmap)
+        if edited := self._edited:
+            self._take_rebuilt(edited)
+            if not self._holds_back and not self._rebuilder.failed:
+                self._rebuilder.want(edited)
 
     # --- A picture that waits -----------------------------------------------------------------------------------------
 
@@ -192,7 +173,7 @@ class Streaming:
             batch = missing[: terrain.make_room(len(missing))]
             if not batch:
                 self._is_complete = not wanted
-                return selection, self._told(patches, goal, wanted, NO_ROOM)
+                return selection, self._told(patches, goal, wanted)
             self._load(batch, loaded)
             loaded += len(batch)
 
@@ -204,8 +185,7 @@ class Streaming:
         while left:
             self.loader.wait(WAIT_S)
             self._place_ready()
-            left -= self.terrain.slot_of.keys() | self.loader.failed.keys()
-            left = {key for key in left if not self._has_failed(key)}
+            left = {key for key in left - self.terrain.slot_of.keys() if not self._has_failed(key)}
             if self.progress:
                 self.progress(1 - len(left) / (loaded + len(batch)))
         self.loader.want(())
@@ -236,7 +216,7 @@ class Streaming:
         now = list(dict.fromkeys([*self._with_those_above(lacking), *later]))[:room]
         self.loader.want(now)
         self._is_complete = not any(self._recent)
-        return selection, self._told(patches, goal, wanted, LOADING, set(now))
+        return selection, self._told(patches, goal, wanted, set(now))
 
     # --- Both ---------------------------------------------------------------------------------------------------------
 
@@ -284,17 +264,15 @@ class Streaming:
         return ""
 
     def _told(
-        self, patches: DrawnPatches, goal: Goal, wanted: list[PageKey], reason: str, coming: set[PageKey] | None = None
+        self, patches: DrawnPatches, goal: Goal, wanted: list[PageKey], coming: Set[PageKey] = frozenset()
     ) -> dict[str, Any]:
-        def why(key: PageKey) -> str:
-            return self._has_failed(key) or (reason if coming is None or key in coming else NO_ROOM)
-
+        reasons = [self._has_failed(key) or (LOADING if key in coming else NO_ROOM) for key in wanted]
         return {
             "complete": not wanted,
             "within_tolerance": patches.within(goal) if wanted else 1.0,
             "tiles_resident": len(self.terrain.slot_of),
-            "tiles_wide": self.wide,
-            "tiles_missing": [{"tile": called(key), "reason": why(key)} for key in wanted],
+            "tiles_wide": sum(map(self._edited.is_wide, self.terrain.in_use())) if self._edited else 0,
+            "tiles_missing": [{"tile": called(key), "reason": why} for key, why in zip(wanted, reasons, strict=True)],
         }
 
 
@@ -315,11 +293,9 @@ class Motion:
             return None
         times = AHEAD_S / since_s
         eye = np.asarray(camera.eye)
-        eye_before = np.asarray(before.eye)
-        look = _unit(np.subtract(camera.target, eye))
-        look_before = _unit(np.subtract(before.target, eye_before))
-        eye = eye + times * (eye - eye_before)
-        turned = look + np.clip(times * (look - look_before), -1, 1)
+        look = _unit(camera.target - eye)
+        turned = look + np.clip(times * (look - _unit(np.subtract(before.target, before.eye))), -1, 1)
+        eye = eye + times * (eye - before.eye)
         return replace(camera, eye=tuple(eye.tolist()), target=tuple((eye + turned).tolist()), up=None)
 
 

@@ -55,8 +55,9 @@ def counter_words(tile: int) -> int:
     return layout.CLASS_WORDS * (tile // layout.COUNT_TILE) ** 2
 
 
-def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
-    """Summed-area tables of a page; glsl/error/count.comp computes the same counters and squares for maps in memory."""
+def sums_of(heightmap: PagedMap, key: PageKey) -> Sums:
+    """Read a page, and compute its tables; glsl/error/count.comp computes the same counters and squares in memory."""
+    page = heightmap.page(key)
     level = key[0]
     side = heightmap.tile
     base_m, low_m, span_m = quantisation_range(*heightmap.quantised_m)

@@ -129,7 +129,7 @@ class PagedTables:
         self.ranges = gl.reserve(self.ctx, layout.NODE_RANGE.itemsize * side**2 * slots, "a table of height ranges")
         self.nodes = self.ctx.buffer(bytes(16))  # nothing reads records
         for key in terrain.roots:
-            self.put(key, sums_of(terrain.heightmap.page(key), key, terrain.heightmap))
+            self.put(key, sums_of(terrain.heightmap, key))
         terrain.send()
 
     @property
@@ -148,24 +148,25 @@ class PagedTables:
 
     def update(self, rect: Rect) -> None:
         """Follow a change of posts or of the records of their nodes: replace the loaded pages over a rectangle."""
-        own = self.terrain.own
-        self.renew(key for level in range(self.terrain.top_level, -1, -1) for key in own.pages_over(rect, level))
+        x0, y0, x1, y1 = rect
+        posts = slice(y0, y1 + 1), slice(x0, x1 + 1)
+        pages_over = self.terrain.own.pages_over
+        self.renew(key for level in range(self.terrain.top_level, -1, -1) for key in pages_over(posts, level))
 
     def renew(self, keys: Iterable[PageKey]) -> None:
         """Read loaded pages again, and remove those that can no longer be read."""
+        terrain = self.terrain
         for key in keys:
-            self.terrain.forget_hidden(key)
-            if key in self.terrain.slot_of:
-                self._renew(key)
-        self.terrain.send()
-
-    def _renew(self, key: PageKey) -> None:
-        try:
-            sums = sums_of(self.terrain.heightmap.page(key), key, self.terrain.heightmap)
-        except Exception:  # a disk may fail in any way; an edited map has its coarsest pages in memory
-            self.terrain.drop(key)
-            return
-        self._write(self.terrain.renew(key, sums), sums)
+            terrain.forget_hidden(key)
+            if key not in terrain.slot_of:
+                continue
+            try:
+                sums = sums_of(terrain.heightmap, key)
+            except Exception:  # a disk may fail in any way; an edited map has its coarsest pages in memory
+                terrain.drop(key)
+                continue
+            self._write(terrain.renew(key, sums), sums)
+        terrain.send()
 
     def _write(self, slot: int, sums: Sums) -> None:
         self.counters.write(sums.counters, offset=4 * self._words * slot)
@@ -173,31 +174,24 @@ class PagedTables:
         if sums.ranges is not None:
             self.ranges.write(sums.ranges, offset=sums.ranges.nbytes * slot)
 
-    def load(self, keys: Iterable[PageKey]) -> int:
-        """Read pages in this thread, and first the pages above them; returns how many were read.
-
-        Shaders see these pages at once.
+    def load(self, keys: Iterable[PageKey]) -> None:
+        """Read pages in this thread, and first the pages above them. Shaders see these pages at once.
 
         Raises
         ------
         TerrainError
             A page is missing.
         """
-        came = sum(self._load(key) for key in keys)
+        for key in keys:
+            missing = []
+            while key not in self.terrain.slot_of:
+                missing.append(key)
+                key = above(key)
+            for each in missing[::-1][: self.terrain.free]:
+                self.put(each, sums_of(self.terrain.heightmap, each))
         self.terrain.send()
-        return came
 
     def release(self) -> None:
         """Release GPU resources."""
         for buffer in (self.counters, self.squares, self.ranges, self.nodes):
             buffer.release()
-
-    def _load(self, key: PageKey) -> int:
-        terrain = self.terrain
-        if key in terrain.slot_of:
-            return 0
-        came = self._load(above(key))
-        if not terrain.free:
-            return came
-        self.put(key, sums_of(terrain.heightmap.page(key), key, terrain.heightmap))
-        return came + 1

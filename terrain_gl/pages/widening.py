@@ -64,9 +64,9 @@ def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, las
     moved = np.abs(new.astype(np.float64) - old)
     spans = [touched(at[i], at[i] + old.shape[i], level, last[i]) for i in (0, 1)]
     rows, cols = ([_inside(node, at[i], level, last[i]) for node in range(*spans[i])] for i in (0, 1))
-    edges_y, edges_x = (_edges(span, at[i], old.shape[i], level, last[i]) for i, span in enumerate(spans))
-    along_row = _of(np.maximum, _lines(moved, edges_y, 0), cols, 1)
-    along_col = _of(np.maximum, _lines(moved, edges_x, 1), rows, 0)
+    lines = [_lines(moved, spans[i], at[i], level, last[i], i) for i in (0, 1)]
+    along_row = _of(np.maximum, lines[0], cols, 1)
+    along_col = _of(np.maximum, lines[1], rows, 0)
     vertices = np.maximum.reduce([along_row[:-1], along_row[1:], along_col[:, :-1], along_col[:, 1:]])
     changed = moved > 0
     return Moves(
@@ -134,16 +134,8 @@ def _of(function: np.ufunc, values: np.ndarray, parts: list[slice], axis: int) -
     return np.stack([function.reduce(values[(*whole, part)], axis=axis) for part in parts], axis)
 
 
-def _edges(span: Span, first: int, count: int, level: int, last: int) -> np.ndarray:
-    return _known(np.minimum(np.arange(span[0], span[1] + 1) << level, last) - first, count)
-
-
-def _known(at: np.ndarray, count: int) -> np.ndarray:
-    """Places inside the edit; −1 for places outside."""
-    return np.where((at >= 0) & (at < count), at, -1)
-
-
-def _lines(moved: np.ndarray, at: np.ndarray, axis: int) -> np.ndarray:
-    """The lines of posts at some places; zeros for the place −1."""
-    lines = np.take(moved, at, axis)
-    return np.where(at.reshape([-1 if i == axis else 1 for i in (0, 1)]) < 0, 0.0, lines)
+def _lines(moved: np.ndarray, span: Span, first: int, level: int, last: int, axis: int) -> np.ndarray:
+    """The moves along the edges of nodes, lines of posts across an axis; 0 on edges outside the edit."""
+    at = np.minimum(np.arange(span[0], span[1] + 1) << level, last) - first
+    is_inside = (at >= 0) & (at < moved.shape[axis])
+    return np.take(moved, at, axis, mode="clip") * np.expand_dims(is_inside, 1 - axis)

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basics.exceptions import TerrainError
-from ..basics.rect import Rect
+from ..basics.rect import Rect, tiles_over
 from ..gpu import layout
 from .map import PagedMap, PageKey
 
@@ -174,19 +174,14 @@ def _read(
         return _above(heightmap, level - heightmap.top, rows, cols)
     if coarser is None:
         return heightmap.lattice_heights(level, rows, cols)
-    side = heightmap.tile
     missing = []
     found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
-    for y in range(rows.start // side, (rows.stop - 1) // side + 1):
-        for x in range(cols.start // side, (cols.stop - 1) // side + 1):
-            top, left = max(rows.start, y * side), max(cols.start, x * side)
-            end = min(rows.stop, (y + 1) * side)
-            right = min(cols.stop, (x + 1) * side)
-            part = slice(top - rows.start, end - rows.start), slice(left - cols.start, right - cols.start)
-            try:
-                found[part] = heightmap.lattice_heights(level, slice(top, end), slice(left, right))
-            except TerrainError:
-                missing.append(part)
+    for _, _, part in tiles_over((rows, cols), heightmap.tile):
+        y, x = (slice(s.start + p.start, s.start + p.stop) for s, p in zip((rows, cols), part, strict=True))
+        try:
+            found[part] = heightmap.lattice_heights(level, y, x)
+        except TerrainError:
+            missing.append(part)
     if missing:
         instead = coarser()
         for part in missing:

@@ -119,7 +119,7 @@ def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress |
         left = [task for task in tasks if task not in journal.results]
         each = _cost(tasks) / len(tasks)
         done += each * (len(tasks) - len(left))
-        for task, result in runner.run(perform, job, left):
+        for task, result in zip(left, runner.in_order(perform, job, left), strict=True):
             journal.add(task, result)
             done += each
             if progress:
@@ -242,9 +242,10 @@ class BuildJournal:
 
     def _checks(self) -> Checks:
         checks = Checks(self.job.pyramid, self.voids > 0 or self.has_water)
+        tile = self.job.pyramid.tile
         for result in self.results.values():
             for name, level, row, col, noted in result["checks"]:
-                checks.note(name, level, (slice(row, None), slice(col, None)), np.array(noted), self.job.pyramid.tile)
+                checks.note(name, level, (row // tile, col // tile), np.array(noted))
         return checks
 
     def _of_source(self) -> Iterator[dict[str, Any]]:

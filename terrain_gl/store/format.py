@@ -21,10 +21,11 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..basics.rect import Area
 from ..basics.version import __version__
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import Spacing
-from .pyramid import Area, StoreSizes
+from .pyramid import StoreSizes
 
 INSTALL = "pip install 'terrain-gl[store]'"
 VERSION = 7

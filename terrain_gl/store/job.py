@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..basics.rect import Area
 from ..readers.raster import Spacing
 from ..readers.windows import WindowedRaster
 from .format import Arrays
-from .pyramid import Area, StoreSizes
+from .pyramid import StoreSizes
 from .tiles import checksums
 
 WORK = ".build"  # folder of a build that is not finished

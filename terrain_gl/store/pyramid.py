@@ -7,12 +7,11 @@ lattice is post min(i · 2^l, last) of the map. The nodes of the level are the c
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..basics.rect import nodes_along
+from ..basics.rect import Area, nodes_along
 from ..gpu.layout import quadtree
 
 TILE = 256  # posts a side
 SHARD = 2048
-Area = tuple[slice, slice]  # rows and columns
 
 
 class StoreSizes(NamedTuple):

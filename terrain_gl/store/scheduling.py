@@ -1,4 +1,4 @@
-"""Run tasks in this process, in several processes, or on a Dask cluster. Results come as tasks end, or in order."""
+"""Run tasks in this process, in several processes, or on a Dask cluster. Results come in the order of the tasks."""
 
 import contextlib
 import multiprocessing
@@ -7,7 +7,7 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import islice
@@ -26,7 +26,7 @@ Perform = Callable[[Any, Any], Any]  # from a job and a task to a result
 
 @dataclass
 class Begun:
-    """A task that was begun, and the future that will have its result."""
+    """A task that has begun, and the future that will have its result."""
 
     task: Any
     future: Any
@@ -34,11 +34,6 @@ class Begun:
 
 class Here:
     """Run one task after the other, in this thread."""
-
-    def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
-        """Pairs of a task and its result."""
-        for task in tasks:
-            yield task, perform(job, task)
 
     def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
         """Results in the order of their tasks."""
@@ -54,18 +49,6 @@ class Processes:
     def __init__(self, workers: int) -> None:
         self._workers = workers
         self._begin()
-
-    def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
-        """Pairs of a task and its result, in the order in which tasks end."""
-        running = {self._pool.submit(perform, job, task): task for task in tasks}
-        try:
-            for done in as_completed(running):
-                yield running[done], done.result()
-        except BrokenProcessPool:
-            raise TerrainError("a worker process ended early: run the same command again to go on") from None
-        finally:
-            for future in running:
-                future.cancel()
 
     def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
         """Results in the order of their tasks. If a process dies, other processes do its tasks."""
@@ -107,19 +90,6 @@ class Cluster:
             self._client: Any = connect(address, timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError) as error:
             raise TerrainError(f"{address}: no Dask scheduler answers there ({one_line(error)})") from None
-
-    def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
-        """Pairs of a task and its result, in the order in which tasks end."""
-        from distributed import as_completed
-
-        completed: Any = as_completed
-
-        running = {self._begin(perform, job, task): task for task in tasks}
-        try:
-            for done in completed(running, loop=self._client.loop):
-                yield running[done], done.result()
-        finally:
-            self._client.cancel(list(running))
 
     def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
         """Results in the order of their tasks."""

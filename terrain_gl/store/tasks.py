@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..basics.rect import Area, tiles_over
 from ..basics.steps import drain
 from ..gpu.layout import VOID
 from ..heightmap import MAX_HEIGHT_M
@@ -126,14 +127,9 @@ def read_source(job: BuildJob, task: Task) -> dict[str, Any]:
 
 def thin_out(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a level's heights: every other post of the finer level, and the last post of each row and column."""
-    pyramid = job.pyramid
-    arrays = job.arrays
-    where = area(pyramid.posts(task.level), pyramid.shard, (task.row, task.col))
-    finer = pyramid.posts(task.level - 1)
-    index = [np.minimum(2 * np.arange(s.start, s.stop), n - 1) for s, n in zip(where, finer, strict=True)]
-    rows, cols = (slice(int(i[0]), int(i[-1]) + 1) for i in index)
-    heights = arrays.read("heights", task.level - 1, (rows, cols))
-    return job.write("heights", task.level, where, heights[np.ix_(index[0] - rows.start, index[1] - cols.start)])
+    where, posts, (rows, cols) = _every_other(job, task)
+    heights = job.arrays.read("heights", task.level - 1, (rows, cols))
+    return job.write("heights", task.level, where, heights[np.ix_(posts[0] - rows.start, posts[1] - cols.start)])
 
 
 def mark(job: BuildJob, task: Task) -> dict[str, Any]:
@@ -154,14 +150,20 @@ def mark(job: BuildJob, task: Task) -> dict[str, Any]:
 
 def mark_coarser(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a level's marks, computed from the marks of the finer level."""
-    pyramid = job.pyramid
-    where = area(pyramid.posts(task.level), pyramid.shard, (task.row, task.col))
-    finer = pyramid.posts(task.level - 1)
-    index = [np.minimum(2 * np.arange(s.start, s.stop), n - 1) for s, n in zip(where, finer, strict=True)]
-    rows, cols = (slice(int(i[0]), min(int(i[-1]) + 2, n)) for i, n in zip(index, finer, strict=True))
+    where, posts, (rows, cols) = _every_other(job, task, beyond=1)
     marks = job.arrays.read("marks", task.level - 1, (rows, cols))
+    finer = job.pyramid.posts(task.level - 1)
     last = finer[0] - 1 - rows.start, finer[1] - 1 - cols.start
-    return job.write("marks", task.level, where, coarser(marks, index[0] - rows.start, index[1] - cols.start, last))
+    return job.write("marks", task.level, where, coarser(marks, posts[0] - rows.start, posts[1] - cols.start, last))
+
+
+def _every_other(job: BuildJob, task: Task, beyond: int = 0) -> tuple[Area, list[np.ndarray], Area]:
+    """A shard of a level; rows and columns of its posts on the finer level; the area that contains these posts."""
+    where = area(job.pyramid.posts(task.level), job.pyramid.shard, (task.row, task.col))
+    finer = job.pyramid.posts(task.level - 1)
+    posts = [np.minimum(2 * np.arange(s.start, s.stop), n - 1) for s, n in zip(where, finer, strict=True)]
+    rows, cols = (slice(int(p[0]), min(int(p[-1]) + 1 + beyond, n)) for p, n in zip(posts, finer, strict=True))
+    return where, posts, (rows, cols)
 
 
 def measure(job: BuildJob, task: Task) -> dict[str, Any]:
@@ -193,15 +195,11 @@ def gather(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a shard of a coarse level, from the files of the shards of posts under it."""
     pyramid = job.pyramid
     where = area(pyramid.nodes(task.level), pyramid.shard, (task.row, task.col))
-    side = pyramid.shard >> task.level  # nodes of a part
     rows, cols = (s.stop - s.start for s in where)
     whole = Records(np.zeros((rows, cols), np.uint32), np.zeros((2, rows, cols), np.uint16))
-    for row in range(where[0].start // side, -(-where[0].stop // side)):
-        for col in range(where[1].start // side, -(-where[1].stop // side)):
-            y, x = row * side - where[0].start, col * side - where[1].start
-            with np.load(job.parts / f"{row}.{col}.npz") as part:
-                for name, values in whole._asdict().items():
-                    mine = part[f"{name}{task.level}"]
-                    values[..., y : y + mine.shape[-2], x : x + mine.shape[-1]] = mine
+    for (row, col), inside, mine in tiles_over(where, pyramid.shard >> task.level):
+        with np.load(job.parts / f"{row}.{col}.npz") as part:
+            for name, values in whole._asdict().items():
+                values[(..., *mine)] = part[f"{name}{task.level}"][(..., *inside)]
     written = [job.write(name, task.level, where, values)["checks"] for name, values in whole._asdict().items()]
     return {"checks": sum(written, [])}

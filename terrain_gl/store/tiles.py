@@ -9,61 +9,44 @@ import hashlib
 import threading
 import zlib
 from collections import OrderedDict
-from collections.abc import Iterator
 
 import numpy as np
 
+from ..basics.rect import Area, tiles_over
 from .format import FIELDS, Arrays, MissingTileError, fields_of, shape_of
-from .pyramid import Area, StoreSizes
+from .pyramid import StoreSizes, area
 
 At = tuple[str, int, int, int]  # field, level, row and column of a tile
-
-
-def tiles_of(pyramid: StoreSizes, name: str, level: int) -> tuple[int, int, int]:
-    """Words, rows and columns of the tiles of an array."""
-    rows, cols = (-(-n // pyramid.tile) for n in shape_of(pyramid, name, level))
-    return FIELDS[name][2], rows, cols
-
-
-def arrays_of(pyramid: StoreSizes, is_marked: bool) -> Iterator[tuple[str, int]]:
-    """Field and level of all arrays."""
-    for level in range(pyramid.top + 1):
-        for name in fields_of(level, is_marked):
-            yield name, level
 
 
 def checksums(values: np.ndarray, tile: int) -> np.ndarray:
     """Checksums of the tiles of (..., rows, cols) values: (words, rows, cols) uint32."""
     whole = values.reshape(-1, *values.shape[-2:])
-    words = whole.shape[0]
-    rows = -(-whole.shape[1] // tile)
-    cols = -(-whole.shape[2] // tile)
-    found = np.empty((words, rows, cols), np.uint32)
+    rows, cols = (-(-n // tile) for n in whole.shape[1:])
+    found = np.empty((len(whole), rows, cols), np.uint32)
     for word, row, col in np.ndindex(found.shape):
         part = whole[word, row * tile : (row + 1) * tile, col * tile : (col + 1) * tile]
-        found[word, row, col] = zlib.crc32(np.ascontiguousarray(part).tobytes())
+        found[word, row, col] = zlib.crc32(part.tobytes())
     return found
 
 
 class Checks:
-    """The checksums of all tiles.
-
-    Attributes
-    ----------
-    of
-        (words, rows, cols) uint32 of each field and level.
-    """
+    """The checksums of all tiles: `of` has (words, rows, cols) uint32 for each field and level."""
 
     def __init__(self, pyramid: StoreSizes, is_marked: bool, values: np.ndarray | None = None) -> None:
-        shapes = {at: tiles_of(pyramid, *at) for at in arrays_of(pyramid, is_marked)}
+        shapes = {
+            (name, level): (FIELDS[name][2], *(-(-n // pyramid.tile) for n in shape_of(pyramid, name, level)))
+            for level in range(pyramid.top + 1)
+            for name in fields_of(level, is_marked)
+        }
         ends = np.cumsum([np.prod(shape) for shape in shapes.values()])
         self.values = np.zeros(ends[-1], np.uint32) if values is None else np.ascontiguousarray(values, np.uint32)
         parts = np.split(self.values, ends[:-1])
         self.of = {at: part.reshape(shape) for (at, shape), part in zip(shapes.items(), parts, strict=True)}
 
-    def note(self, name: str, level: int, where: Area, noted: np.ndarray, tile: int) -> None:
-        """Store the checksums of an area that begins with a whole tile."""
-        row, col = (s.start // tile for s in where)
+    def note(self, name: str, level: int, tile: tuple[int, int], noted: np.ndarray) -> None:
+        """Store the checksums of an area; `tile` is the row and column of its first tile."""
+        row, col = tile
         _, rows, cols = noted.shape
         self.of[name, level][:, row : row + rows, col : col + cols] = noted
 
@@ -74,13 +57,7 @@ class Checks:
 
 
 class Tiles:
-    """Reads tiles from any thread; the most recently read ones stay in memory.
-
-    Parameters
-    ----------
-    most_bytes
-        The most memory that tiles may take.
-    """
+    """Reads tiles from any thread. The last tiles that were read stay in memory, at most `most_bytes` of them."""
 
     def __init__(self, arrays: Arrays, checks: Checks, most_bytes: int) -> None:
         self._arrays = arrays
@@ -99,18 +76,11 @@ class Tiles:
         MissingTileError
             A tile of it is missing or damaged.
         """
-        side = self._pyramid.tile
-        rows, cols = where
-        words = (FIELDS[name][2],) if FIELDS[name][2] > 1 else ()
-        found = np.empty((*words, max(0, rows.stop - rows.start), max(0, cols.stop - cols.start)), FIELDS[name][0])
-        for y in range(rows.start // side, -(-rows.stop // side)):
-            for x in range(cols.start // side, -(-cols.stop // side)):
-                tile = self.tile((name, level, y, x))
-                top, left = max(rows.start, y * side), max(cols.start, x * side)
-                end = min(rows.stop, y * side + tile.shape[-2])
-                right = min(cols.stop, x * side + tile.shape[-1])
-                part = tile[..., top - y * side : end - y * side, left - x * side : right - x * side]
-                found[..., top - rows.start : end - rows.start, left - cols.start : right - cols.start] = part
+        dtype, _, words = FIELDS[name]
+        shape = tuple(max(0, s.stop - s.start) for s in where)
+        found = np.empty((words, *shape) if words > 1 else shape, dtype)
+        for at, inside, part in tiles_over(where, self._pyramid.tile):
+            found[(..., *part)] = self.tile((name, level, *at))[(..., *inside)]
         return found
 
     def tile(self, at: At) -> np.ndarray:
@@ -131,11 +101,11 @@ class Tiles:
     def _read(self, at: At) -> np.ndarray:
         name, level, row, col = at
         side = self._pyramid.tile
-        shape = shape_of(self._pyramid, name, level)
-        where = slice(row * side, min((row + 1) * side, shape[0])), slice(col * side, min((col + 1) * side, shape[1]))
+        where = area(shape_of(self._pyramid, name, level), side, (row, col))
         tile = self._arrays.read(name, level, where)
-        size = tuple(s.stop - s.start for s in where)
         noted = self._checks.of[name, level][:, row : row + 1, col : col + 1]
-        if tile.shape[-2:] != size or not np.array_equal(checksums(tile, side), noted):
+        if tile.shape[-2:] != tuple(s.stop - s.start for s in where) or not np.array_equal(
+            checksums(tile, side), noted
+        ):
             raise MissingTileError(self._arrays.called(name, level, where) + ": is not the tile that was built")
         return tile

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.rect import Area, tiles_over
 from ..terrain.filling import SWEEPS, Filling, pull, push
 from .job import BuildJob, Task, write_part
-from .pyramid import Area, StoreSizes, area
+from .pyramid import StoreSizes, area
 
 SIDE = 32
 AROUND = 16
@@ -32,7 +33,7 @@ def of_area(job: BuildJob, where: Area) -> np.ndarray:
     """Voids of an area of posts, (rows, cols) bool."""
     rows, cols = where
     found = np.zeros((rows.stop - rows.start, cols.stop - cols.start), bool)
-    for at, mine, part in _shards_over(where, job.pyramid.shard):
+    for at, mine, part in tiles_over(where, job.pyramid.shard):
         path = job.parts / f"void.{at[0]}.{at[1]}.npz"
         if path.is_file():
             with np.load(path) as file:
@@ -119,21 +120,7 @@ def _known(job: BuildJob, where: Area, level: int = 0) -> np.ndarray:
         return heights
     rows, cols = where
     found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
-    for at, mine, part in _shards_over(where, job.pyramid.shard >> level):
+    for at, mine, part in tiles_over(where, job.pyramid.shard >> level):
         with np.load(job.parts / f"known.{at[0]}.{at[1]}.npz") as file:
             found[part] = file[f"level{level}"][mine]
-    return found
-
-
-def _shards_over(where: Area, side: int) -> list[tuple[tuple[int, int], Area, Area]]:
-    """For each shard over an area: its row and column, and their common part, in the shard and in the area."""
-    found = []
-    rows, cols = where
-    for row in range(rows.start // side, -(-rows.stop // side)):
-        for col in range(cols.start // side, -(-cols.stop // side)):
-            at = list(zip(where, (row, col), strict=True))
-            both = [slice(max(s.start, k * side), min(s.stop, (k + 1) * side)) for s, k in at]
-            inside = [slice(b.start - k * side, b.stop - k * side) for b, k in zip(both, (row, col), strict=True)]
-            part = [slice(b.start - s.start, b.stop - s.start) for b, s in zip(both, where, strict=True)]
-            found.append(((row, col), (inside[0], inside[1]), (part[0], part[1])))
     return found

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.rect import Area
 from ..terrain import sea_of
 from ..terrain.water import posts_at, tile_side, water_tiles
 from .job import BuildJob, Task, write_part
-from .pyramid import Area, StoreSizes, area, areas
+from .pyramid import StoreSizes, area, areas
 
 
 def note(job: BuildJob, task: Task, heights: np.ndarray) -> None:
