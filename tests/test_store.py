@@ -236,6 +236,12 @@ def test_voids_may_get_one_height(tmp_path):
     assert arrays_of(tmp_path / "t").read("heights", 0, (slice(30, 31), slice(20, 21))) == -5.0
 
 
+def test_a_store_that_is_opened_as_a_file_says_how_to_open_it(tmp_path):
+    build(rough(20, 30), tmp_path / "land.zarr", **SMALL)
+    with pytest.raises(TerrainError, match="land.zarr: is a store.*terrain_gl.store.StoredMap"):
+        Heightmap.open(tmp_path / "land.zarr")
+
+
 # --- Interruptions and faults -----------------------------------------------------------------------------------------
 
 BUILD = """

@@ -6,6 +6,11 @@ import stat
 from .exceptions import TerrainError
 
 
+def is_store(path: str | os.PathLike[str]) -> bool:
+    """Whether a folder has the file `zarr.json`, as each Zarr v3 group has: a store, for example."""
+    return os.path.isfile(os.path.join(path, "zarr.json"))
+
+
 def check_input(path: str | os.PathLike[str], advice: str, most_bytes: int | None = None) -> str:
     """Refuse a path that is not a readable regular file; returns the path as text for messages.
 

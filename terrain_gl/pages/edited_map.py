@@ -25,8 +25,6 @@ from .map import Page, PagedHeights, PagedMap, PageKey
 from .sheet import Sheet
 from .widening import Scale, moves, touched
 
-BYTES_OF_POST = 48  # rough memory of an edited post, with its records on all levels, and the rest of its tiles
-
 
 class Square(NamedTuple):
     """A node whose record is computed anew, together with the records of all nodes inside it."""
@@ -116,10 +114,10 @@ class EditedMap(PagedMap):
         marks = self.base.lattice_marks(0, *area)
         if marks is not None and (marks[changed] & VOID).any():
             raise TerrainError(f"{self.name}: gives heights to voids, which a store keeps: build it again")
-        self._check(new)
         rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
         stored, old, new = (each[rows, cols] for each in (stored, old, new))
         where = slice(y + rows.start, y + rows.stop), slice(x + cols.start, x + cols.stop)
+        self._check(new, where)
         self._keep_roots()
         self._widen_range(float(new.min()), float(new.max()))
         self.edits = self.edits + 1
@@ -134,22 +132,26 @@ class EditedMap(PagedMap):
                 self.wide[Square(level, nodes[0].start + row, nodes[1].start + col)] = self.edits
         return where
 
-    def _check(self, new: np.ndarray) -> None:
+    def _check(self, new: np.ndarray, where: Area) -> None:
         low, high = float(new.min()), float(new.max())
         if max(-low, high) > MAX_HEIGHT_M:
             raise TerrainError(f"{self.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}")
-        if self.bytes + BYTES_OF_POST * new.size > self.memory_bytes:
+        levels = range(self.top + 1)
+        more = sum(self._heights[level].bytes_for(self._lattice(where, level)) for level in levels)
+        more += sum(self._records.bytes_for(level, self._nodes_at(where, level)) for level in levels[1:])
+        if self.bytes + more > self.memory_bytes:
             raise TerrainError(
                 f"{self.name}: its edits need more than {self.memory_bytes >> 20} MiB: save them, and build the store "
                 "again, or give more --memory"
             )
 
     def _write_level(self, level: int, where: Area, old: np.ndarray, new: np.ndarray, edits: np.ndarray) -> None:
-        lattice = [_lattice(s, level, last) for s, last in zip(where, self._last, strict=True)]
-        rows, cols = (posts for posts, _ in lattice)
-        if rows.stop > rows.start and cols.stop > cols.start:
-            self._heights[level].put((rows, cols), edits[np.ix_(*(within for _, within in lattice))])
-            self._heights[level].forget_empty((rows, cols))
+        posts = self._lattice(where, level)
+        places = zip(posts, where, self._last, strict=True)
+        within = [np.minimum(np.arange(s.start, s.stop) << level, n) - w.start for s, w, n in places]
+        if all(map(len, within)):
+            self._heights[level].put(posts, edits[np.ix_(*within)])
+            self._heights[level].forget_empty(posts)
         if level:
             at = where[0].start, where[1].start
             self._records.move(level, self._nodes_at(where, level), moves(old, new, at, level, self._last))
@@ -174,6 +176,12 @@ class EditedMap(PagedMap):
         self._epoch = self.changes + 1
 
     # --- What was edited ----------------------------------------------------------------------------------------------
+
+    def _lattice(self, where: Area, level: int) -> Area:
+        """The posts of a level's lattice inside an edit; the map's last posts are on every lattice."""
+        last = [-(-n >> level) if s.stop > n else (s.stop - 1) >> level for s, n in zip(where, self._last, strict=True)]
+        rows, cols = (slice(-(-s.start >> level), end + 1) for s, end in zip(where, last, strict=True))
+        return rows, cols
 
     def _nodes_at(self, posts: Area, level: int) -> Area:
         """The nodes of a level that a rectangle of posts touches."""
@@ -273,11 +281,3 @@ class EditedMap(PagedMap):
 def _scale(heightmap: PagedMap) -> Scale:
     _, low_m, span_m = quantisation_range(*heightmap.quantised_m)
     return Scale(low_m, span_m)
-
-
-def _lattice(posts: slice, level: int, last: int) -> tuple[slice, np.ndarray]:
-    """Along one axis, the posts of a level's lattice inside an edit, and their places in the edit."""
-    start, stop = -(-posts.start >> level), ((posts.stop - 1) >> level) + 1
-    if posts.stop - 1 == last:
-        stop = -(-last >> level) + 1
-    return slice(start, stop), np.minimum(np.arange(start, stop) << level, last) - posts.start

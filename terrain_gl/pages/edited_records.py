@@ -38,6 +38,10 @@ class EditedRecords:
         """Memory in bytes."""
         return sum(sheet.bytes for sheet in self._sheets)
 
+    def bytes_for(self, level: int, nodes: Area) -> int:
+        """Memory that moves of nodes would take besides."""
+        return self._sheets[level].bytes_for(nodes)
+
     def move(self, level: int, nodes: Area, moved: Moves) -> None:
         """Widen the records of nodes whose posts have moved. Moves of several edits add up."""
         for entries, part in self._sheets[level].views(nodes):

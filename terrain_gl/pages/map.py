@@ -21,24 +21,12 @@ COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view i
 
 
 class Page(NamedTuple):
-    """What one page of the GPU holds, as it is read from the map: a tile of a level.
+    """A tile of a level, as it is read from the map. At level 0, `errors` and `ranges` are empty."""
 
-    Attributes
-    ----------
-    heights
-        (rows + 1, cols + 1) float32 metres at the corners of its nodes.
-    errors
-        (rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`; empty for level 0.
-    ranges
-        (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
-    marks
-        (rows + 1, cols + 1) uint8: marks of its posts and nodes; None for a map without marks.
-    """
-
-    heights: np.ndarray
-    errors: np.ndarray
-    ranges: np.ndarray
-    marks: np.ndarray | None = None
+    heights: np.ndarray  # (rows + 1, cols + 1) float32 metres at the corners of its nodes
+    errors: np.ndarray  # (rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`
+    ranges: np.ndarray  # (2, rows, cols) uint16: lowest and highest height of the nodes
+    marks: np.ndarray | None = None  # (rows + 1, cols + 1) uint8: of posts and nodes; None for a map without marks
 
 
 class PostsOnDemand:
@@ -118,43 +106,22 @@ class PagedHeights(PostsOnDemand):
 
 
 class PagedMap(Heightmap):
-    """A map that is read page by page.
-
-    Attributes
-    ----------
-    tile
-        Nodes a side of a page, a power of two.
-    top
-        The coarsest level.
-    is_marked
-        Whether its pages have marks.
-    sea_m
-        Height of the sea that continues beyond the map; None if the map has no sea.
-    gpu_bytes, memory_bytes
-        Limits of the GPU memory for pages, and of this process's memory for tiles.
-    """
+    """A map that is read page by page. Pages and heights may be read by several threads at the same time."""
 
     is_store = True
-    is_marked = False
-    sea_m: float | None = None
-
-    tile: int
-    top: int
-    gpu_bytes: int = 512 << 20
-    memory_bytes: int = 512 << 20
+    is_marked = False  # whether its pages have marks
+    sea_m: float | None = None  # height of the sea that continues beyond the map; None if the map has no sea
+    tile: int  # nodes along a side of a page, a power of two
+    top: int  # the coarsest level
+    gpu_bytes: int = 512 << 20  # limit of the GPU memory for pages
+    memory_bytes: int = 512 << 20  # limit of this process's memory for tiles
 
     def page(self, key: PageKey) -> Page:
-        """Read a page; several threads may read at the same time.
-
-        Raises
-        ------
-        TerrainError
-            The page is missing or damaged; the message says which one, and why.
-        """
+        """Read a page. If it is missing or damaged, a `TerrainError` says which page, and why."""
         raise NotImplementedError
 
     def lattice_heights(self, level: int, rows: slice, cols: slice) -> np.ndarray:
-        """Heights of posts of a level's lattice, (rows, cols) float32 metres, voids filled; several threads may read.
+        """Heights of posts of a level's lattice, (rows, cols) float32 metres, voids filled.
 
         Raises
         ------
@@ -167,9 +134,9 @@ class PagedMap(Heightmap):
         """Marks of posts of a level's lattice, (rows, cols) uint8; None for a map without marks."""
         return None
 
-    def part(self, rows: slice, cols: slice) -> np.ndarray:
+    def part(self, rows: slice, cols: slice, level: int = 0) -> np.ndarray:
         """The true heights of a rectangle of posts, (rows, cols) metres, NaN where void. It may wait for a disk."""
-        return known(self.lattice_heights(0, rows, cols), self.lattice_marks(0, rows, cols))
+        return known(self.lattice_heights(level, rows, cols), self.lattice_marks(level, rows, cols))
 
     def version(self, key: PageKey) -> int:
         """The number of the last change of a page; 0 if it was never changed."""
@@ -194,8 +161,7 @@ class PagedMap(Heightmap):
         while True:
             rows, cols = self.posts(level)
             try:
-                all_posts = slice(0, rows), slice(0, cols)
-                heights = known(self.lattice_heights(level, *all_posts), self.lattice_marks(level, *all_posts))
+                heights = self.part(slice(0, rows), slice(0, cols), level)
                 break
             except TerrainError:  # a coarser level serves as well
                 if level == self.top:
@@ -236,18 +202,12 @@ class Boxes(NamedTuple):
 
 
 class Numbering:
-    """Numbers of the pages of a map.
-
-    Attributes
-    ----------
-    size
-        Rows and columns of pages of each level, (levels, 2).
-    first
-        Number of the first page of each level, and the number of all pages.
-    """
+    """Numbers of the pages of a map."""
 
     def __init__(self, heightmap: PagedMap) -> None:
+        # (levels, 2): rows and columns of pages of each level
         self.size = np.array([heightmap.pages(level) for level in range(heightmap.top + 1)], np.int64)
+        # (levels + 1): number of the first page of each level, then the number of all pages
         self.first = np.concatenate([[0], np.cumsum(self.size.prod(1))])
         self._log2 = heightmap.tile.bit_length() - 1
 

@@ -32,7 +32,7 @@ class PagePool:
     Attributes
     ----------
     slots, across
-        Pages that the pool has room for, and slots in a row of its textures.
+        Number of slots, and slots in a row of its textures.
     slot_of
         The slot of each loaded page that is not hidden.
     filled, known
@@ -56,20 +56,19 @@ class PagePool:
         self.top_level = heightmap.top
         self.numbering = heightmap.numbering
         self._make_tables()
-        self._changed = len(self._words), 0  # first changed row of the tables, and the row after the last one
+        self._is_changed = False  # whether the tables differ from those on the GPU
         self.slots, self.across = self._room()
         side = heightmap.tile + 1
-        across = self.across
-        shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
-        self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
-        self.height_sums = gl.reserve(self.ctx, 4 * side**2 * self.slots, "a table of heights")
+        shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=self.across)
+        self.heights = gl.texel_texture(ctx, (self.across * side, self.across * side), "f4")
+        self.height_sums = gl.reserve(ctx, 4 * side**2 * self.slots, "a table of heights")
         self.is_marked = heightmap.is_marked
-        self.marks = gl.texel_texture(self.ctx, (across * side, across * side) if self.is_marked else (1, 1), "u1")
+        self.marks = gl.texel_texture(ctx, self.heights.size if self.is_marked else (1, 1), "u1")
         self._mixed: set[int] = set()  # slots of pages that have nodes with holes and land
         self.slot_of: dict[PageKey, int] = {}
         self._hidden: dict[PageKey, int] = {}
         self._lit = np.zeros(self.slots, bool)
-        self.table = gl.texel_texture(self.ctx, (ROW, len(self._words)), "u4")
+        self.table = gl.texel_texture(ctx, (ROW, len(self._words)), "u4")
         self.table.write(self._words)
         self.block = ctx.buffer(self._describe().tobytes())
         self._free = list(range(self.slots))[::-1]
@@ -78,8 +77,8 @@ class PagePool:
         self.shows_errors = False
         self.views = 1
         self.waits = True
-        self._stamps = np.zeros(self.numbering.total, np.int64)
-        self._stamp = 0
+        self._stamps = np.zeros(self.numbering.total, np.int64)  # of each page: when a view last used it
+        self._stamp = 0  # of the present view
         self.filled = ResidentHeights(heightmap, self._finest, self.slots)
         self.known = self.filled.known() if heightmap.voids else self.filled
 
@@ -91,10 +90,8 @@ class PagePool:
     @property
     def bytes(self) -> int:
         """GPU memory of heights, their sums, and page tables."""
-        heights = self.heights
-        table = self.table
-        marks = self.marks.width * self.marks.height
-        return 4 * (heights.width * heights.height + table.width * table.height) + self.height_sums.size + marks
+        texels = {texture: texture.width * texture.height for texture in (self.heights, self.table, self.marks)}
+        return 4 * (texels[self.heights] + texels[self.table]) + texels[self.marks] + self.height_sums.size
 
     @property
     def roots(self) -> list[PageKey]:
@@ -129,9 +126,9 @@ class PagePool:
         for key in self.slot_of.keys() - set(self.roots):
             self._hidden[key] = self.slot_of.pop(key)
             self._slots_of[self.numbering.number(key)] = 0
-            self._touch(key)
         for root in self.roots:
             self._fine_under(root)[...] = self.slot_of[root] | root[0] << 24
+        self._is_changed = True
 
     def show(self, keys: Iterable[PageKey]) -> None:
         """Show hidden pages again. `keys` has coarse pages first. A page is removed if the page above it is gone."""
@@ -161,7 +158,7 @@ class PagePool:
         self.hold(key)
         part = self._fine_under(key)
         part[part >> 24 >= level] = slot | level << 24
-        self._touch(key)
+        self._is_changed = True
 
     @property
     def free(self) -> int:
@@ -195,7 +192,7 @@ class PagePool:
         """Note that a loaded page has light. Shaders see it after `send`."""
         self._slots_of[self.numbering.number(key)] |= np.uint32(LIT)
         self._lit[self.slot_of[key]] = True
-        self._touch(key)
+        self._is_changed = True
 
     def is_lit(self, key: PageKey) -> bool:
         """Whether a loaded page has light."""
@@ -232,14 +229,13 @@ class PagePool:
         part = self._fine_under(key)
         coarser = above(key)
         part[part == (slot | key[0] << 24)] = self.slot_of[coarser] | coarser[0] << 24
-        self._touch(key)
+        self._is_changed = True
 
     def send(self) -> None:
         """Upload the page tables: shaders then see all pages that were placed, and none that were removed."""
-        first, end = self._changed
-        if first < end:
-            self.table.write(np.ascontiguousarray(self._words[first:end]), viewport=(0, first, ROW, end - first))
-        self._changed = len(self._words), 0
+        if self._is_changed:
+            self.table.write(self._words)
+        self._is_changed = False
 
     # --- Which pages are loaded ---------------------------------------------------------------------------------------
 
@@ -292,16 +288,6 @@ class PagePool:
         self._finest = finest.reshape(self.numbering.size[0])
         self._words = words.reshape(-1, ROW)
 
-    def _touch(self, key: PageKey) -> None:
-        """Note that the table rows that describe a page have changed."""
-        level, row, col = key
-        across = int(self.numbering.size[0, 1])
-        first = self.numbering.total
-        end = min((row + 1) << level, int(self.numbering.size[0, 0]))
-        words = self.numbering.number(key), first + (row << level) * across, first + end * across - 1
-        rows = [word // ROW for word in words]
-        self._changed = min(self._changed[0], *rows), max(self._changed[1], max(rows) + 1)
-
     def _fine_under(self, key: PageKey) -> np.ndarray:
         level, row, col = key
         return self._finest[row << level : row + 1 << level, col << level : col + 1 << level]
@@ -309,14 +295,13 @@ class PagePool:
     def _room(self) -> tuple[int, int]:
         """The number of slots within the limits, and the number of slots in a row of the texture."""
         heightmap = self.heightmap
-        limits = gl.limits(self.ctx)
-        side = self.heightmap.tile
+        side = heightmap.tile
         most = heightmap.gpu_bytes - self._words.nbytes - scratch_bytes(heightmap)
-        most = int(most // (bytes_of_slot(side, heightmap.is_marked) + light_bytes(side)))
+        most = most // (bytes_of_slot(side, heightmap.is_marked) + light_bytes(side))
         copy = (5 if heightmap.is_marked else 4) * (side + 1) ** 2
         most = min(most, int(OF_COPIES * heightmap.memory_bytes) // copy)
         most = min(most, gl.storage_block_bytes(self.ctx) // (4 * max(counter_words(side), (side + 1) ** 2)))
-        across = min(math.isqrt(max(most, 0)), limits["texture_size"] // (side + 1))
+        across = min(math.isqrt(max(most, 0)), gl.limits(self.ctx)["texture_size"] // (side + 1))
         slots = across**2
         if slots < self.numbering.total and slots < 4 * len(self.roots):
             raise TerrainError(f"{heightmap.name}: its coarsest tiles need more --gpu-memory and --memory")

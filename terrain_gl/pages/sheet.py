@@ -36,6 +36,11 @@ class Sheet:
         """Memory of all tiles."""
         return len(self.tiles) * self.side**2 * self.fill.itemsize
 
+    def bytes_for(self, area: Area) -> int:
+        """Memory that writing in an area would take besides."""
+        new = sum(at not in self.tiles for at, _, _ in tiles_over(area, self.side))
+        return new * self.side**2 * self.fill.itemsize
+
     def get(self, area: Area) -> np.ndarray | None:
         """The entries of an area; None if nothing was ever written there."""
         found = None

@@ -12,31 +12,15 @@ from .marks import is_mixed
 
 
 class Sums(NamedTuple):
-    """The content of a slot.
+    """The content of a slot."""
 
-    Attributes
-    ----------
-    heights
-        (side + 1, side + 1) float32 metres; outside the map, the page's rim is repeated.
-    height_sums
-        (side + 1, side + 1) uint32: summed-area table of the heights in steps; it wraps.
-    counters, squares
-        Summed-area tables of class counters and squared errors.
-    ranges
-        (side, side) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
-    marks
-        (side + 1, side + 1) uint8: marks of posts and nodes; None for a map without marks.
-    is_mixed
-        Whether any node has both holes and land.
-    """
-
-    heights: np.ndarray
-    height_sums: np.ndarray
-    counters: np.ndarray
-    squares: np.ndarray
-    ranges: np.ndarray | None
-    marks: np.ndarray | None = None
-    is_mixed: bool = False
+    heights: np.ndarray  # (side + 1, side + 1) float32 metres; outside the map, the page's rim is repeated
+    height_sums: np.ndarray  # (side + 1, side + 1) uint32: summed-area table of the heights in steps; it wraps
+    counters: np.ndarray  # summed-area tables of class counters
+    squares: np.ndarray  # summed-area table of squared errors
+    ranges: np.ndarray | None  # (side, side) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0
+    marks: np.ndarray | None = None  # (side + 1, side + 1) uint8: of posts and nodes; None for a map without marks
+    is_mixed: bool = False  # whether any node has both holes and land
 
 
 def bytes_of_slot(tile: int, is_marked: bool = False) -> int:
@@ -73,11 +57,10 @@ def sums_of(heightmap: PagedMap, key: PageKey) -> Sums:
     squares = _padded(square_up(square), side).reshape(n, tile, n, tile).sum((1, 3), dtype=np.uint64)
     squares = squares.cumsum(0, dtype=np.uint64).cumsum(1, dtype=np.uint64)
     heights = np.pad(page.heights, [(0, side + 1 - n) for n in page.heights.shape], mode="edge").astype(np.float32)
-    above = heights - np.float32(base_m)
-    steps = steps_of(above, low_m - base_m, span_m)
+    steps = steps_of(heights - np.float32(base_m), low_m - base_m, span_m)
     height_sums = steps.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
-    ranges = pack_16(*page.ranges)
-    sums = Sums(heights, height_sums, counters, squares, _padded(ranges, side) if level else None)
+    ranges = _padded(pack_16(*page.ranges), side) if level else None
+    sums = Sums(heights, height_sums, counters, squares, ranges)
     if page.marks is None:
         return sums
     return sums._replace(marks=_padded(page.marks, side + 1), is_mixed=is_mixed(page.marks))

@@ -26,20 +26,12 @@ class Scale(NamedTuple):
 
 
 class Moves(NamedTuple):
-    """How far the posts of nodes have moved: (rows, cols) of each.
+    """How far the posts of nodes have moved: (rows, cols) of each."""
 
-    Attributes
-    ----------
-    truth, vertices
-        The largest move in metres of the node's posts, and of its possible vertices.
-    low, high
-        The lowest and highest new height; inf and −inf if no post of the node has one.
-    """
-
-    truth: np.ndarray
-    vertices: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    truth: np.ndarray  # the largest move of the node's posts, in metres
+    vertices: np.ndarray  # the largest move of its possible vertices
+    low: np.ndarray  # the lowest new height; inf if no post of the node has one
+    high: np.ndarray  # the highest new height; −inf if no post of the node has one
 
 
 Span = tuple[int, int]  # the first node, and the node after the last one

@@ -37,22 +37,12 @@ MARGIN = 2 * layout.SKY_TEXEL + 1  # posts around a page whose horizons the texe
 
 
 class PageWindows(NamedTuple):
-    """Windows around a page.
+    """Windows around a page."""
 
-    Attributes
-    ----------
-    heights
-        (windows, side + 1, side + 1) float32 metres; outside the map, its rim is repeated.
-    shift
-        (windows, 2) columns and rows from the first post of window 0 to the first post of each window, in the page's
-        posts: 0 for window 0, then negative.
-    inside
-        (windows, 4) first column and row on the map, then the last ones, in posts of the window.
-    """
-
-    heights: np.ndarray
+    heights: np.ndarray  # (windows, side + 1, side + 1) float32 metres; outside the map, its rim is repeated
+    # (windows, 2) columns and rows from the first post of window 0 to that of each window, in posts of the page
     shift: np.ndarray
-    inside: np.ndarray
+    inside: np.ndarray  # (windows, 4) first column and row on the map, then the last ones, in posts of the window
 
     def coarser(self) -> PageWindows:
         """The windows without the first one."""

@@ -13,7 +13,7 @@ from functools import partial
 from typing import NamedTuple
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.basics.inputs import check_input
+from terrain_gl.basics.inputs import check_input, is_store
 from terrain_gl.readers.archives import open_gzip, open_zip
 from terrain_gl.readers.arrays import RAW_ENDINGS, SRTM_VOID, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
@@ -103,6 +103,8 @@ def files_of(path: str | os.PathLike[str]) -> list[str]:
 
 def _first_bytes(path: str) -> bytes:
     """Read the bytes by which the kind of a regular file is recognised."""
+    if is_store(path):
+        raise TerrainError(f"{path}: is a store, not a file: open it with terrain_gl.store.StoredMap")
     name = check_input(path, "name a heightmap file")
     try:
         with open(path, "rb") as file:

@@ -8,8 +8,9 @@ tasks, scheduling, build    from a source to a store, in parallel and resumable
 cache                       stores of large rasters, made at first use
 """
 
+from ..basics.inputs import is_store
 from .build import build
-from .format import MissingTileError, is_store
+from .format import MissingTileError
 from .opened import StoredMap
 
 __all__ = ["MissingTileError", "StoredMap", "build", "is_store"]

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.inputs import is_store
 from ..basics.version import __version__
 from ..readers.plausible import not_of_the_earth
 from ..readers.raster import Spacing, both
 from ..readers.windows import Reading, WindowedRaster, open_windows, windows_of
 from . import water
-from .format import VERSION, Arrays, describe, is_store, read_about, zarr_library
+from .format import VERSION, Arrays, read_about, zarr_library
 from .job import WORK, BuildJob, Task
 from .pyramid import SHARD, TILE, StoreSizes
 from .scheduling import scheduler
@@ -154,16 +155,15 @@ class BuildJournal:
         self.results: dict[Task, dict[str, Any]] = {}
         self.is_finished = False
         identity = {
-            "format": VERSION,
-            "written_by": __version__,
-            "source": job.source.identity,
             **job.pyramid._asdict(),
-            "spacing_m": list(job.spacing_m),
+            "spacing_m": job.spacing_m,
             "fill_m": job.fill_m,
             "look": job.look,
             "assumes_spacing": job.assumes_spacing,
+            "source": job.source.identity,
         }
         self._identity = json.loads(json.dumps(identity))
+        self._begun = {"format": VERSION, "written_by": __version__, **self._identity}
         if is_store(job.path) and not self.folder.is_dir():
             self._check_finished()
         else:
@@ -214,20 +214,17 @@ class BuildJournal:
         pairs = zip(shards, filled, strict=True)
         hashes = "".join(self.results.get(last, self.results[first])["sha256"] for first, last in pairs)
         source = job.source
-        name = os.path.basename(source.name)
-        about = describe(job.pyramid, name, job.spacing_m, self.range_m, source.georeference)
-        is_of_earth = source.is_told or source.georeference is not None or not not_of_the_earth(self.range_m)
-        about |= {
-            "look": job.look,
-            "assumes_spacing": job.assumes_spacing,
-            "of_earth": is_of_earth,
+        place = source.georeference
+        about = self._identity | {
+            "name": os.path.basename(source.name),
+            "range_m": list(self.range_m),
+            "georeference": {"transform": list(place.grid), "crs": place.crs} if place else None,
+            "of_earth": source.is_told or place is not None or not not_of_the_earth(self.range_m),
             "notes": list(source.notes),
             "voids": self.voids,
             "has_water": self.has_water,
             "sea_m": self.sea_m,
             "filled_voids": sum(found["filled"] for found in self._of_source()),
-            "fill_m": job.fill_m,
-            "source": source.identity,
             "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
             "checks_sha256": checks.sha256,
         }
@@ -253,10 +250,7 @@ class BuildJournal:
 
     def _check_finished(self) -> None:
         about = read_about(self.job.path)
-        same = all(
-            json.loads(json.dumps(about.get(key))) == self._identity[key]
-            for key in (*StoreSizes._fields, "spacing_m", "fill_m", "look", "assumes_spacing", "source")
-        )
+        same = all(about.get(key) == value for key, value in self._identity.items())
         if not same or self.job.source.identity is None:
             raise TerrainError(f"{self.job.path}: is a store of another map or a changed one: remove it first")
         self.is_finished = True
@@ -266,7 +260,7 @@ class BuildJournal:
         path = Path(self.job.path)
         begun = self.folder / "identity.json"
         if begun.is_file():
-            if json.loads(begun.read_text("utf-8")) != self._identity or self._identity["source"] is None:
+            if json.loads(begun.read_text("utf-8")) != self._begun or self._identity["source"] is None:
                 raise TerrainError(f"{path}: was begun from another map, or with other options: remove it first")
             self._read()
         else:
@@ -279,7 +273,7 @@ class BuildJournal:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             beside = begun.with_suffix(".partial")
-            beside.write_text(json.dumps(self._identity), "utf-8")
+            beside.write_text(json.dumps(self._begun), "utf-8")
             os.replace(beside, begun)
         except OSError as error:
             raise TerrainError(f"{self.job.path}: cannot write: {error.strerror or error}") from None

@@ -24,7 +24,6 @@ from ..basics.exceptions import TerrainError
 from ..basics.rect import Area
 from ..basics.version import __version__
 from ..readers.georeference import Georeference, Grid
-from ..readers.raster import Spacing
 from .pyramid import StoreSizes
 
 INSTALL = "pip install 'terrain-gl[store]'"
@@ -180,11 +179,6 @@ class Arrays:
         )
 
 
-def is_store(path: str | os.PathLike[str]) -> bool:
-    """Whether a folder has the file `zarr.json`, as each Zarr v3 group has."""
-    return os.path.isfile(os.path.join(path, "zarr.json"))
-
-
 def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The description of a finished store.
 
@@ -205,20 +199,6 @@ def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
     if about.get("format") != VERSION:
         raise TerrainError(f"{name}: is a store of format {about.get('format')}, not {VERSION}: build it again")
     return dict(about)
-
-
-def describe(
-    pyramid: StoreSizes, name: str, spacing_m: Spacing, range_m: tuple[float, float], georeference: Georeference | None
-) -> dict[str, Any]:
-    """The part of a store's description that `pyramid_of` and `georeference_of` read."""
-    place = {"transform": list(georeference.grid), "crs": georeference.crs} if georeference else None
-    return {
-        "name": name,
-        **pyramid._asdict(),
-        "spacing_m": list(spacing_m),
-        "range_m": list(range_m),
-        "georeference": place,
-    }
 
 
 def pyramid_of(about: dict[str, Any]) -> StoreSizes:

@@ -25,37 +25,26 @@ class Task(NamedTuple):
     row: int
     col: int
 
+    @property
+    def at(self) -> tuple[int, int]:
+        """Row and column of its shard."""
+        return self.row, self.col
+
 
 @dataclass(frozen=True)
 class BuildJob:
-    """Data that all tasks of a build share.
+    """Data that all tasks of a build share."""
 
-    Attributes
-    ----------
-    path
-        The store's folder.
-    fill_m
-        A height for all void posts, which then are land; None if they stay voids.
-    look, assumes_spacing
-        Attributes of the map: `Heightmap`.
-    range_m
-        Lowest and highest height; None until all heights are read.
-    voids
-        The number of voids; None until all heights are read.
-    has_water
-        Whether water was found in the map's heights.
-    """
-
-    path: str
+    path: str  # the store's folder
     pyramid: StoreSizes
     source: WindowedRaster
     spacing_m: Spacing
-    fill_m: float | None
+    fill_m: float | None  # a height for all void posts, which then are land; None if they stay voids
     look: str = "auto"
     assumes_spacing: bool = False
-    range_m: tuple[float, float] | None = None
-    voids: int | None = None
-    has_water: bool = False
+    range_m: tuple[float, float] | None = None  # lowest and highest height; None until all heights are read
+    voids: int | None = None  # number of voids; None until all heights are read
+    has_water: bool = False  # whether water was found in the map's heights
 
     @property
     def is_marked(self) -> bool:
@@ -73,19 +62,18 @@ class BuildJob:
         noted = checksums(values, self.pyramid.tile).tolist()
         return {"checks": [[name, level, where[0].start, where[1].start, noted]]}
 
-    @property
-    def parts(self) -> Path:
-        """Folder of the files by which tasks pass on results."""
-        return Path(self.path) / WORK / "parts"
-
-
-def write_part(path: Path, values: np.ndarray | dict[str, np.ndarray]) -> None:
-    """Write a file for other tasks: one array, or several with names. It appears only when it is complete."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_suffix(".partial")
-    with open(beside, "wb") as file:
-        if isinstance(values, dict):
+    def keep(self, name: str, **values: np.ndarray) -> None:
+        """Write a file for other tasks. It appears only when it is complete."""
+        path = self._kept(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside = path.with_suffix(".partial")
+        with open(beside, "wb") as file:
             np.savez(file, **values)  # type: ignore[arg-type]
-        else:
-            np.save(file, values)
-    os.replace(beside, path)
+        os.replace(beside, path)
+
+    def kept(self, name: str) -> Any:
+        """A file that a task has written with `keep`: a context manager that gives its arrays."""
+        return np.load(self._kept(name))
+
+    def _kept(self, name: str) -> Path:
+        return Path(self.path) / WORK / "parts" / f"{name}.npz"

@@ -17,20 +17,13 @@ SHARD = 2048
 class StoreSizes(NamedTuple):
     """Sizes of the arrays of a store.
 
-    Attributes
-    ----------
-    rows, cols
-        Posts of the map.
-    tile
-        Posts along a side of a tile, a power of two. A tile is a chunk of an array: it is read and checked as a whole.
-    shard
-        Posts along a side of a shard, a power of two. A shard is the file that one task writes.
+    A *tile* is a chunk of an array: it is read and checked as a whole. A *shard* is the file that one task writes.
     """
 
-    rows: int
+    rows: int  # posts of the map
     cols: int
-    tile: int = TILE
-    shard: int = SHARD
+    tile: int = TILE  # posts along a side of a tile, a power of two
+    shard: int = SHARD  # posts along a side of a shard, a power of two
 
     @property
     def top(self) -> int:

@@ -29,7 +29,7 @@ from ..heightmap import MAX_HEIGHT_M
 from ..pages.crop import APRON, Records, record_steps
 from ..pages.marks import coarser, marks_of_cells
 from . import voids, water
-from .job import BuildJob, Task, write_part
+from .job import BuildJob, Task
 from .pyramid import StoreSizes, area, areas
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -102,7 +102,7 @@ def perform(job: BuildJob, task: Task) -> dict[str, Any]:
 def read_source(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a window of the source; returns its range, its numbers of voids and of filled posts, and a hash."""
     pyramid = job.pyramid
-    where = area(pyramid.posts(0), pyramid.shard, (task.row, task.col))
+    where = area(pyramid.posts(0), pyramid.shard, task.at)
     heights = np.ascontiguousarray(job.source.read(*where), np.float32)
     void = np.isnan(heights)
     count = int(np.count_nonzero(void))
@@ -135,9 +135,8 @@ def thin_out(job: BuildJob, task: Task) -> dict[str, Any]:
 def mark(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write the marks of the posts of a shard, and of the cells that begin there."""
     pyramid = job.pyramid
-    at = (task.row, task.col)
-    where = area(pyramid.posts(0), pyramid.shard, at)
-    beyond = area(pyramid.posts(0), pyramid.shard, at, beyond=1)
+    where = area(pyramid.posts(0), pyramid.shard, task.at)
+    beyond = area(pyramid.posts(0), pyramid.shard, task.at, beyond=1)
     void = voids.of_area(job, beyond)
     heights = np.where(void, np.float32(np.nan), job.arrays.read("heights", 0, beyond))
     wet = water.at(job, beyond, heights)
@@ -159,7 +158,7 @@ def mark_coarser(job: BuildJob, task: Task) -> dict[str, Any]:
 
 def _every_other(job: BuildJob, task: Task, beyond: int = 0) -> tuple[Area, list[np.ndarray], Area]:
     """A shard of a level; rows and columns of its posts on the finer level; the area that contains these posts."""
-    where = area(job.pyramid.posts(task.level), job.pyramid.shard, (task.row, task.col))
+    where = area(job.pyramid.posts(task.level), job.pyramid.shard, task.at)
     finer = job.pyramid.posts(task.level - 1)
     posts = [np.minimum(2 * np.arange(s.start, s.stop), n - 1) for s, n in zip(where, finer, strict=True)]
     rows, cols = (slice(int(p[0]), min(int(p[-1]) + 1 + beyond, n)) for p, n in zip(posts, finer, strict=True))
@@ -171,14 +170,13 @@ def measure(job: BuildJob, task: Task) -> dict[str, Any]:
     assert job.range_m is not None
     pyramid = job.pyramid
     arrays = job.arrays
-    at = (task.row, task.col)
-    posts = area(pyramid.posts(0), pyramid.shard, at, beyond=APRON)
+    posts = area(pyramid.posts(0), pyramid.shard, task.at, beyond=APRON)
     void = (arrays.read("marks", 0, posts) & VOID) > 0 if job.is_marked else None
     found = drain(record_steps(arrays.read("heights", 0, posts), job.spacing_m, job.range_m, pyramid.top, void))
     part: dict[str, np.ndarray] = {}
     noted: dict[str, Any] = {"checks": []}
     for level, records in enumerate(found, 1):
-        where = area(pyramid.nodes(level), pyramid.shard >> level, at)
+        where = area(pyramid.nodes(level), pyramid.shard >> level, task.at)
         rows, cols = (s.stop - s.start for s in where)
         mine = Records(records.errors[:rows, :cols], records.ranges[:, :rows, :cols])
         for name, values in mine._asdict().items():
@@ -187,18 +185,18 @@ def measure(job: BuildJob, task: Task) -> dict[str, Any]:
             else:
                 part[f"{name}{level}"] = values
     if part:
-        write_part(job.parts / f"{task.row}.{task.col}.npz", part)
+        job.keep(f"records.{task.row}.{task.col}", **part)
     return noted
 
 
 def gather(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a shard of a coarse level, from the files of the shards of posts under it."""
     pyramid = job.pyramid
-    where = area(pyramid.nodes(task.level), pyramid.shard, (task.row, task.col))
+    where = area(pyramid.nodes(task.level), pyramid.shard, task.at)
     rows, cols = (s.stop - s.start for s in where)
     whole = Records(np.zeros((rows, cols), np.uint32), np.zeros((2, rows, cols), np.uint16))
     for (row, col), inside, mine in tiles_over(where, pyramid.shard >> task.level):
-        with np.load(job.parts / f"{row}.{col}.npz") as part:
+        with job.kept(f"records.{row}.{col}") as part:
             for name, values in whole._asdict().items():
                 values[(..., *mine)] = part[f"{name}{task.level}"][(..., *inside)]
     written = [job.write(name, task.level, where, values)["checks"] for name, values in whole._asdict().items()]

@@ -7,15 +7,15 @@ fill             fill a shard, level by level, from the coarsest down. Each leve
 replace          write the filled shard, when no other task needs the unfilled heights
 """
 
+import contextlib
 import hashlib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..basics.rect import Area, tiles_over
 from ..terrain.filling import SWEEPS, Filling, pull, push
-from .job import BuildJob, Task, write_part
+from .job import BuildJob, Task
 from .pyramid import StoreSizes, area
 
 SIDE = 32
@@ -25,31 +25,26 @@ assert AROUND >= SWEEPS + 2 and SIDE >= 2 * AROUND  # all that a shard needs lie
 
 def note(job: BuildJob, task: Task, void: np.ndarray) -> None:
     """Store the voids of a shard in a file."""
-    bits = {"bits": np.packbits(void), "shape": np.array(void.shape)}
-    write_part(job.parts / f"void.{task.row}.{task.col}.npz", bits)
+    job.keep(f"void.{task.row}.{task.col}", void=void)
 
 
 def of_area(job: BuildJob, where: Area) -> np.ndarray:
     """Voids of an area of posts, (rows, cols) bool."""
     rows, cols = where
     found = np.zeros((rows.stop - rows.start, cols.stop - cols.start), bool)
-    for at, mine, part in tiles_over(where, job.pyramid.shard):
-        path = job.parts / f"void.{at[0]}.{at[1]}.npz"
-        if path.is_file():
-            with np.load(path) as file:
-                shape = file["shape"]
-                void = np.unpackbits(file["bits"], count=int(shape.prod())).reshape(shape)
-            found[part] = void[mine]
+    for (row, col), mine, part in tiles_over(where, job.pyramid.shard):
+        with contextlib.suppress(FileNotFoundError), job.kept(f"void.{row}.{col}") as file:
+            found[part] = file["void"][mine]
     return found
 
 
 def halve(job: BuildJob, task: Task) -> dict[str, Any]:
     """Store the known heights of a shard on all levels up to the coarsest, in files."""
-    known = _known(job, area(job.pyramid.posts(0), job.pyramid.shard, (task.row, task.col)))
+    known = _known(job, area(job.pyramid.posts(0), job.pyramid.shard, task.at))
     levels = {}
     for level in range(1, _coarsest(job.pyramid) + 1):
         known = levels[f"level{level}"] = pull(known)
-    write_part(job.parts / f"known.{task.row}.{task.col}.npz", levels)
+    job.keep(f"known.{task.row}.{task.col}", **levels)
     return {"checks": []}
 
 
@@ -57,40 +52,34 @@ def fill_coarsest(job: BuildJob, task: Task) -> dict[str, Any]:
     """Fill the coarsest level of the whole map."""
     level = _coarsest(job.pyramid)
     rows, cols = _size(job.pyramid, level)
-    filled = Filling(_known(job, (slice(0, rows), slice(0, cols)), level)).filled[0]
-    write_part(job.parts / "filled.npy", filled)
+    job.keep("filled", heights=Filling(_known(job, (slice(0, rows), slice(0, cols)), level)).filled[0])
     return {"checks": []}
 
 
 def fill(job: BuildJob, task: Task) -> dict[str, Any]:
     """Fill the heights of a shard with voids."""
     pyramid = job.pyramid
-    at = (task.row, task.col)
     level = _coarsest(pyramid)
-    around = _around(pyramid, level, at, AROUND if level else 0)
-    filled = np.load(job.parts / "filled.npy", mmap_mode="r")[around]
+    with job.kept("filled") as whole:
+        filled = whole["heights"][_around(pyramid, level, task.at, AROUND if level else 0)]
     while level:
         level -= 1
-        known = _around(pyramid, level, at, 2 * AROUND)
-        around = _around(pyramid, level, at, AROUND if level else 0)
+        known = _around(pyramid, level, task.at, 2 * AROUND)
+        around = _around(pyramid, level, task.at, AROUND if level else 0)
         (y0, y1), (x0, x1) = ((s.start - k.start, s.stop - k.start - 1) for s, k in zip(around, known, strict=True))
         filled = push(_known(job, known, level), filled, (x0, y0, x1, y1))
-    write_part(_filled(job, task), {"heights": filled})
+    job.keep(f"filled.{task.row}.{task.col}", heights=filled)
     return {"checks": []}
 
 
 def replace(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write the filled heights of a shard; returns the hash of its heights and voids."""
-    where = area(job.pyramid.posts(0), job.pyramid.shard, (task.row, task.col))
-    with np.load(_filled(job, task)) as part:
+    where = area(job.pyramid.posts(0), job.pyramid.shard, task.at)
+    with job.kept(f"filled.{task.row}.{task.col}") as part:
         heights = np.ascontiguousarray(part["heights"])
     void = np.packbits(of_area(job, where))
     noted = job.write("heights", 0, where, heights)
     return {"sha256": hashlib.sha256(heights.tobytes() + void.tobytes()).hexdigest()} | noted
-
-
-def _filled(job: BuildJob, task: Task) -> Path:
-    return job.parts / f"filled.{task.row}.{task.col}.npz"
 
 
 def _coarsest(pyramid: StoreSizes) -> int:
@@ -120,7 +109,7 @@ def _known(job: BuildJob, where: Area, level: int = 0) -> np.ndarray:
         return heights
     rows, cols = where
     found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
-    for at, mine, part in tiles_over(where, job.pyramid.shard >> level):
-        with np.load(job.parts / f"known.{at[0]}.{at[1]}.npz") as file:
+    for (row, col), mine, part in tiles_over(where, job.pyramid.shard >> level):
+        with job.kept(f"known.{row}.{col}") as file:
             found[part] = file[f"level{level}"][mine]
     return found

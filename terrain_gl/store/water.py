@@ -5,7 +5,6 @@ find    the tiles of the whole map that are water
 at      the posts of an area that are in water
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,21 +12,21 @@ import numpy as np
 from ..basics.rect import Area
 from ..terrain import sea_of
 from ..terrain.water import posts_at, tile_side, water_tiles
-from .job import BuildJob, Task, write_part
+from .job import BuildJob, Task
 from .pyramid import StoreSizes, area, areas
 
 
 def note(job: BuildJob, task: Task, heights: np.ndarray) -> None:
     """Store the lowest and highest height of each tile in a shard of heights, NaN where void."""
     pyramid = job.pyramid
-    where = area(pyramid.posts(0), pyramid.shard, (task.row, task.col))
+    where = area(pyramid.posts(0), pyramid.shard, task.at)
     ends: dict[str, np.ndarray] = {}
     for name, of in (("low", np.minimum), ("high", np.maximum)):
         found = heights
         for axis in (0, 1):
             found = of.reduceat(found, _starts(pyramid, where[axis]), axis)
         ends[name] = found
-    write_part(_path(job, task.row, task.col), ends)
+    job.keep(f"tiles.{task.row}.{task.col}", **ends)
 
 
 def find(job: BuildJob, task: Task) -> dict[str, Any]:
@@ -37,15 +36,15 @@ def find(job: BuildJob, task: Task) -> dict[str, Any]:
     shape = tuple(-(-n // side) for n in pyramid.posts(0))  # with tiles that are cut by the rim
     low, high = np.full(shape, np.inf, np.float32), np.full(shape, -np.inf, np.float32)
     for row, col in areas(pyramid.posts(0), pyramid.shard):
-        rows, cols = (s.start // side for s in area(pyramid.posts(0), pyramid.shard, (row, col)))
-        with np.load(_path(job, row, col)) as part:
+        rows, cols = row * pyramid.shard // side, col * pyramid.shard // side
+        with job.kept(f"tiles.{row}.{col}") as part:
             mine = np.s_[rows : rows + part["low"].shape[0], cols : cols + part["low"].shape[1]]
             low[mine] = np.minimum(low[mine], part["low"])
             high[mine] = np.maximum(high[mine], part["high"])
     whole = np.s_[: pyramid.rows // side, : pyramid.cols // side]
     found = None if min(pyramid.posts(0)) < 2 * side else water_tiles(low[whole], high[whole])
     if found is not None:
-        write_part(_found(job), found)
+        job.keep("water", heights=found)
     return {"has_water": found is not None, "checks": []}
 
 
@@ -53,7 +52,8 @@ def at(job: BuildJob, where: Area, heights: np.ndarray) -> np.ndarray | None:
     """Posts in water of an area, (rows, cols) bool; None without water. `heights` are NaN where void."""
     if not job.has_water:
         return None
-    return posts_at(np.load(_found(job)), heights, _side(job.pyramid), (where[0].start, where[1].start))
+    with job.kept("water") as water:
+        return posts_at(water["heights"], heights, _side(job.pyramid), (where[0].start, where[1].start))
 
 
 def on_rim(pyramid: StoreSizes, where: Area, heights: np.ndarray) -> list[tuple[float, int]]:
@@ -79,11 +79,3 @@ def _starts(pyramid: StoreSizes, posts: slice) -> np.ndarray:
     side = _side(pyramid)
     inside = np.arange(-(-posts.start // side) * side, posts.stop, side) - posts.start
     return np.unique(np.concatenate([[0], inside]))
-
-
-def _path(job: BuildJob, row: int, col: int) -> Path:
-    return job.parts / f"tiles.{row}.{col}.npz"
-
-
-def _found(job: BuildJob) -> Path:
-    return job.parts / "water.npy"
