@@ -73,10 +73,8 @@ def release_context() -> None:
 
 
 def _records(tables: ErrorTables, level: int) -> Records:
-    nodes = tables.read_nodes(level)
-    ranges = tables.read_ranges(level)
-    words = nodes["cut_m"].copy().view("<u4")[..., 0]
-    return Records(words, np.moveaxis(ranges["heights"], -1, 0))
+    words = tables.read_nodes(level)["cut_m"].copy().view("<u4")[..., 0]
+    return Records(words, np.moveaxis(tables.read_ranges(level)["heights"], -1, 0))
 
 
 def _blank_tables() -> ErrorTables:

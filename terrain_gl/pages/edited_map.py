@@ -35,12 +35,7 @@ class Square(NamedTuple):
 
 
 class EditedMap(PagedMap):
-    """A paged map with edits.
-
-    Parameters
-    ----------
-    base
-        The map; it does not change.
+    """A paged map with edits. The map `base` does not change.
 
     Attributes
     ----------
@@ -94,9 +89,7 @@ class EditedMap(PagedMap):
     # --- Editing ------------------------------------------------------------------------------------------------------
 
     def write(self, x: int, y: int, heights: Any) -> tuple[slice, slice] | None:
-        """Write heights as `Heightmap.write` does, but NaN leaves a post as it is.
-
-        The records of nodes with changed posts are wide from then on.
+        """Write heights as `Heightmap.write` does, but NaN leaves a post as it is. Records become wide.
 
         Raises
         ------

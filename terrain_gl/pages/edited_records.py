@@ -58,19 +58,9 @@ class EditedRecords:
         self._scale = scale
 
     def note_exact(self, level: int, area: Area, errors: np.ndarray, ranges: np.ndarray) -> Area | None:
-        """Store exact records of all nodes of an area, computed from the present heights.
+        """Store exact records of all nodes of an area, computed from the present heights: their words, and ranges.
 
-        Parameters
-        ----------
-        errors
-            (rows, cols) uint32: words of the records.
-        ranges
-            (2, rows, cols) uint16.
-
-        Returns
-        -------
-        Area, optional
-            The nodes whose records were wide; None if there are none.
+        Returns the nodes whose records were wide, or None if there are none.
         """
         wide = self._wide(level, area)
         if not wide.any():

@@ -24,26 +24,19 @@ def marks_of_cells(void: np.ndarray, water: np.ndarray | None = None) -> np.ndar
 
 
 def coarser(marks: np.ndarray, rows: np.ndarray, cols: np.ndarray, last: tuple[int, int]) -> np.ndarray:
-    """Marks of the next coarser level.
+    """Marks of the next coarser level, from the marks of a part of a level.
 
-    Parameters
-    ----------
-    marks
-        The marks of a part of a level.
-    rows, cols
-        The posts of the coarser level, as rows and columns of the part.
-    last
-        The last row and column of the whole level, as a row and column of the part.
+    The posts of the coarser level are `rows` and `cols` of the part. `last` is the last row and column of the whole
+    level, counted in the part.
     """
     found = marks[np.ix_(rows, cols)] & (VOID | WET)
     all_holes = np.full(found.shape, HOLE, np.uint8)
     parts = np.zeros(found.shape, np.uint8)
-    for i in (0, 1):
-        for j in (0, 1):
-            is_there = (rows + i < last[0])[:, None] & (cols + j < last[1])
-            child = marks[np.ix_(np.minimum(rows + i, len(marks) - 1), np.minimum(cols + j, marks.shape[1] - 1))]
-            all_holes &= np.where(is_there, child, HOLE)
-            parts |= np.where(is_there, child & HOLED, 0)
+    for i, j in np.ndindex(2, 2):
+        is_there = (rows + i < last[0])[:, None] & (cols + j < last[1])
+        child = marks[np.ix_(np.minimum(rows + i, len(marks) - 1), np.minimum(cols + j, marks.shape[1] - 1))]
+        all_holes &= np.where(is_there, child, HOLE)
+        parts |= np.where(is_there, child & HOLED, 0)
     is_node = (rows < last[0])[:, None] & (cols < last[1])
     return np.where(is_node, found | (all_holes & HOLE) | parts, found).astype(np.uint8)
 

@@ -23,10 +23,9 @@ class ResidentHeights(PostsOnDemand):
 
     Attributes
     ----------
-    copies
-        (slots, side + 1, side + 1) float32 metres: the heights in each slot.
-    marks
-        (slots, side + 1, side + 1) uint8: the marks of the same posts. Only for `known`, whose voids are NaN.
+    copies, marks
+        (slots, side + 1, side + 1) float32 metres, and uint8: heights and marks of each slot. Only `known` has marks:
+        its voids are NaN.
     """
 
     marks: np.ndarray | None = None
@@ -47,7 +46,7 @@ class ResidentHeights(PostsOnDemand):
         return other
 
     def known(self) -> ResidentHeights:
-        """The same heights, but NaN where void. Code that writes `copies` must also write the `marks` of the result."""
+        """The same heights, but NaN where void. Who writes `copies` must also write the `marks` of the result."""
         other = copy(self)
         other.marks = np.zeros(self.copies.shape, np.uint8)
         return other

@@ -15,29 +15,19 @@ FLAT = 0.05  # least sine of the angle between a sight line and level ground in 
 
 
 class DrawnPatches:
-    """The patches of a selection, hidden ones included.
-
-    Attributes
-    ----------
-    boxes
-        The posts of each patch, cut off at the map's rim.
-    bound_px
-        The certified error of each patch.
-    """
+    """The patches of a selection, hidden ones included: `boxes` of posts, and certified errors `bound_px`."""
 
     def __init__(self, terrain: PagedTerrain, selection: Selection, camera: Camera) -> None:
         self.terrain = terrain
         surface: Any = selection.surface
         patches = surface.chosen(selection)  # with hidden ones: drawn patches share their edges
         last = np.array([terrain.heightmap.cols - 1, terrain.heightmap.rows - 1])
-        low = np.maximum(patches.corner, 0)
-        end = np.minimum(patches.corner + patches.size, last)
-        self.boxes = Boxes(low, end)
+        self.boxes = Boxes(np.maximum(patches.corner, 0), np.minimum(patches.corner + patches.size, last))
         self.bound_px = patches.bound_px
         self._side_log2 = patches.side_log2
         self._step_log2 = patches.step_log2
         self._camera = camera
-        self._is_drawn = np.arange(len(low)) < selection.patches
+        self._is_drawn = np.arange(len(self.bound_px)) < selection.patches
 
     def use(self) -> None:
         """Tell the pool which pages the patches use, each patch at its spacing."""
@@ -55,10 +45,9 @@ class DrawnPatches:
         eye = np.asarray(self._camera.eye)
         low, end = self.boxes
         col, row = ((low + end) // 2).T
-        away = np.stack([col * east - eye[0], (heightmap.rows - 1 - row) * north - eye[1]])
-        drop_m = self._camera.drop_m(col * east, (heightmap.rows - 1 - row) * north)
-        up = np.abs(terrain.filled[row, col] - drop_m - eye[2])
-        flat = np.hypot(*away)
+        x, y = col * east, (heightmap.rows - 1 - row) * north
+        up = np.abs(terrain.filled[row, col] - self._camera.drop_m(x, y) - eye[2])
+        flat = np.hypot(x - eye[0], y - eye[1])
         distance = np.maximum(np.hypot(flat, up), 0.5 * min(east, north))
         return np.prod(end - low, 1) * east * north * np.maximum(up, FLAT * distance) / distance**3
 
@@ -119,10 +108,9 @@ class DrawnPatches:
         box, numbers = numbering.over(boxes, level)
         gain = (bound_px * self.areas()[open_])[box]
         numbers, which = np.unique(numbers, return_inverse=True)
-        worth = np.bincount(which, gain, minlength=len(numbers))
         new = ~terrain.is_there(numbers)
+        worth = np.bincount(which, gain, minlength=len(numbers))[new]
         numbers = numbers[new]
-        worth = worth[new]
         order = np.argsort(-worth, kind="stable")
         return numbers[order], worth[order]
 

@@ -46,12 +46,8 @@ def touched(first: int, end: int, level: int, last: int) -> Span:
 def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, last: tuple[int, int]) -> Moves:
     """How far an edit moves the posts of each node that it touches, for one level.
 
-    Parameters
-    ----------
-    old, new
-        (rows, cols) metres of a rectangle of posts.
-    at, last
-        Row and column of the first of these posts, and of the map's last post.
+    The heights `old` and `new` are those of a rectangle of posts. `at` and `last` are row and column of its first post,
+    and of the map's last post.
     """
     moved = np.abs(new.astype(np.float64) - old)
     spans = [touched(at[i], at[i] + old.shape[i], level, last[i]) for i in (0, 1)]
@@ -72,12 +68,8 @@ def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, las
 def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, scale: Scale) -> np.ndarray:
     """First words of the nodes' records, widened so that they bound the errors after edits. Other nodes keep theirs.
 
-    Parameters
-    ----------
-    words
-        (rows, cols) uint32: largest error in the low half, root mean square in the high half.
-    square
-        (rows, cols) bool: whether a node lies wholly on the map.
+    A word has the largest error in the low half, and the root mean square in the high half. `square` says which nodes
+    lie wholly on the map.
     """
     most, rms = errors_m(words, scale)
     truth, vertices = (np.asarray(m, np.float64) * ROUNDED for m in (moved.truth, moved.vertices))

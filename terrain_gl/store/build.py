@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -95,11 +96,8 @@ def build(
     journal = BuildJournal(job)
     if journal.is_finished:
         return read_about(path)
-    runner = scheduler(workers, address)
-    try:
+    with contextlib.closing(scheduler(workers, address)) as runner:
         return _run(job, journal, runner, progress)
-    finally:
-        runner.close()
 
 
 def _opened(source: Any, reading: Reading | None, spacing_m: float | Spacing | None) -> WindowedRaster:
@@ -208,7 +206,10 @@ class BuildJournal:
     def finish(self) -> dict[str, Any]:
         """Write the store's description, and remove the files that only the build needed."""
         job = self.job
-        checks = self._checks()
+        checks = Checks(job.pyramid, self.voids > 0 or self.has_water)
+        for result in self.results.values():
+            for name, level, row, col, noted in result["checks"]:
+                checks.note(name, level, (row // job.pyramid.tile, col // job.pyramid.tile), np.array(noted))
         shards = of_source(job.pyramid)
         filled = [task._replace(phase="voids", level=3) for task in shards]
         pairs = zip(shards, filled, strict=True)
@@ -236,14 +237,6 @@ class BuildJournal:
         os.replace(self.folder, self._built)  # in one step: an interrupted build leaves no half-removed folder
         shutil.rmtree(self._built)
         return read_about(job.path)
-
-    def _checks(self) -> Checks:
-        checks = Checks(self.job.pyramid, self.voids > 0 or self.has_water)
-        tile = self.job.pyramid.tile
-        for result in self.results.values():
-            for name, level, row, col, noted in result["checks"]:
-                checks.note(name, level, (row // tile, col // tile), np.array(noted))
-        return checks
 
     def _of_source(self) -> Iterator[dict[str, Any]]:
         return (self.results[task] for task in of_source(self.job.pyramid))
@@ -283,9 +276,7 @@ class BuildJournal:
         journal = self.folder / "done"
         if not journal.is_file():
             return
-        lines = journal.read_bytes().split(b"\n")
-        whole = [line for line in lines[:-1] if line]
-        for line in whole:
-            task, result = json.loads(line)
+        whole = journal.read_bytes().split(b"\n")[:-1]
+        for task, result in map(json.loads, filter(None, whole)):
             self.results[Task(*task)] = result
         journal.write_bytes(b"".join(line + b"\n" for line in whole))

@@ -62,11 +62,9 @@ def key_of(path: str, reading: Reading, spacing_m: float | Spacing | None) -> st
 
 def is_possible() -> bool:
     """Whether stores can be made on this machine."""
-    try:
-        zarr_library()
-    except TerrainError:
-        return False
-    return True
+    with contextlib.suppress(TerrainError):
+        return bool(zarr_library())
+    return False
 
 
 def has(path: str, reading: Reading, spacing_m: float | Spacing | None) -> bool:
@@ -82,16 +80,12 @@ def stored(
 ) -> StoredMap:
     """The store of a raster, which is built at its first use. While this process lives, no process removes the store.
 
-    Raises
-    ------
-    TerrainError
-        The raster cannot be read, zarr is missing, or the disk is full.
+    `TerrainError`: the raster cannot be read, zarr is missing, or the disk is full.
     """
     zarr_library()
-    key = key_of(path, reading, spacing_m)
-    place = folder() / key
+    place = folder() / key_of(path, reading, spacing_m)
     _make(place)
-    lock = os.open(f"{place}.lock", os.O_RDWR | os.O_CREAT, 0o666)
+    lock = _lock_of(place)
     try:
         fcntl.flock(lock, fcntl.LOCK_SH)
         if not _is_finished(place):
@@ -161,6 +155,10 @@ def _is_finished(place: Path) -> bool:
     return (place / _STORE / "zarr.json").is_file() and not (place / _STORE / ".build").is_dir()
 
 
+def _lock_of(place: Path) -> int:
+    return os.open(f"{place}.lock", os.O_RDWR | os.O_CREAT, 0o666)
+
+
 def _make(place: Path) -> None:
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -185,7 +183,7 @@ def _bytes_of(place: Path) -> int:
 def _alone(place: Path) -> Iterator[bool]:
     """Lock a store; yields False if another process uses it."""
     try:
-        lock = os.open(f"{place}.lock", os.O_RDWR | os.O_CREAT, 0o666)
+        lock = _lock_of(place)
     except OSError:
         yield False
         return

@@ -46,6 +46,8 @@ FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were 
 _OF_POSTS = ("heights", "marks")  # the other fields are of nodes
 _TOLD_MISSING = ("heights", "errors")  # in these fields, no valid entry equals the value of entries never written
 
+_FAULTS = (ValueError, OSError, RuntimeError, KeyError)  # what zarr raises for data that it cannot read
+
 
 def fields_of(level: int, is_marked: bool) -> Iterator[str]:
     """The fields that a level has."""
@@ -66,15 +68,7 @@ class MissingTileError(TerrainError):
 
 
 class Arrays:
-    """The arrays of a store, to read and to write.
-
-    Parameters
-    ----------
-    path
-        The folder.
-    pyramid
-        Sizes.
-    """
+    """The arrays of a store in a folder, to read and to write."""
 
     def __init__(self, path: str | os.PathLike[str], pyramid: StoreSizes) -> None:
         self.path = Path(path)
@@ -93,17 +87,16 @@ class Arrays:
     def _create(self, group: Any, name: str, level: int) -> None:
         from zarr.codecs import BloscCodec, Crc32cCodec
 
-        pyramid = self.pyramid
         dtype, missing, words = FIELDS[name]
-        shape = shape_of(pyramid, name, level)
-        shard = pyramid.shard if name in _OF_POSTS else pyramid.node_shard(level)
-        words_of = (words,) if words > 1 else ()
+        all_words, one_word = ((words,), (1,)) if words > 1 else ((), ())
+        tile = self.pyramid.tile
+        shard = self.pyramid.shard if name in _OF_POSTS else self.pyramid.node_shard(level)
         group.create_array(
             f"{name}/{level}",
-            shape=(*words_of, *shape),
+            shape=(*all_words, *shape_of(self.pyramid, name, level)),
             dtype=dtype,
-            chunks=(*(1 for _ in words_of), pyramid.tile, pyramid.tile),
-            shards=(*words_of, shard, shard),
+            chunks=(*one_word, tile, tile),
+            shards=(*all_words, shard, shard),
             compressors=[BloscCodec(cname="zstd", clevel=5, shuffle="bitshuffle"), Crc32cCodec()],
             fill_value=missing,
         )
@@ -122,8 +115,8 @@ class Arrays:
         """
         try:
             values = np.asarray(self._array(name, level)[(Ellipsis, *where)])
-        except (ValueError, OSError, RuntimeError, KeyError) as error:
-            reason = "its checksum does not fit" if "checksum" in str(error) else " ".join(str(error).split())[:80]
+        except _FAULTS as error:
+            reason = "its checksum does not fit" if "checksum" in str(error) else _short(error)
             raise MissingTileError(f"{self.called(name, level, where)}: {reason}") from None
         known = ~np.isnan(values) if name == "heights" else values != FIELDS[name][1]
         if name in _TOLD_MISSING and not known.all():
@@ -142,18 +135,11 @@ class Arrays:
         group.create_array("checks", data=values, chunks=values.shape, overwrite=True)
 
     def read_checks(self) -> np.ndarray:
-        """The checksums of all tiles.
-
-        Raises
-        ------
-        TerrainError
-            The checksums cannot be read.
-        """
+        """The checksums of all tiles; a `TerrainError` says why they cannot be read."""
         try:
             return np.asarray(zarr_library().open_array(str(self.path / "checks"), mode="r", zarr_format=3)[:])
-        except (ValueError, OSError, RuntimeError, KeyError) as error:
-            reason = " ".join(str(error).split())[:80]
-            reason = f"its list of checksums cannot be read ({reason}): build it again"
+        except _FAULTS as error:
+            reason = f"its list of checksums cannot be read ({_short(error)}): build it again"
             raise TerrainError(f"{self.path}: {reason}") from None
 
     def _array(self, name: str, level: int) -> Any:
@@ -166,9 +152,8 @@ class Arrays:
         """Write the store's description: the last step of a build."""
         layout = [{"asset": "heights/0", "scale": [1.0, 1.0], "translation": [0.0, 0.0]}]
         for level in range(1, self.pyramid.top + 1):
-            finer = f"heights/{level - 1}"
             place = {"scale": [2.0, 2.0], "translation": [0.0, 0.0]}
-            layout.append({"asset": f"heights/{level}", "derived_from": finer, **place})
+            layout.append({"asset": f"heights/{level}", "derived_from": f"heights/{level - 1}", **place})
         group = zarr_library().open_group(str(self.path), mode="r+", zarr_format=3)
         group.attrs.put(
             {
@@ -201,6 +186,10 @@ def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
     return dict(about)
 
 
+def _short(error: Exception) -> str:
+    return " ".join(str(error).split())[:80]
+
+
 def pyramid_of(about: dict[str, Any]) -> StoreSizes:
     """The sizes of a store."""
     return StoreSizes(*(int(about[name]) for name in StoreSizes._fields))
@@ -214,13 +203,7 @@ def georeference_of(about: dict[str, Any]) -> Georeference | None:
 
 
 def zarr_library() -> Any:
-    """The module `zarr`.
-
-    Raises
-    ------
-    TerrainError
-        zarr is not installed, or older than 3.
-    """
+    """The module `zarr`; a `TerrainError` if it is not installed, or older than 3."""
     try:
         import zarr
     except ImportError:

@@ -48,12 +48,7 @@ def of_all(pyramid: StoreSizes) -> list[Task]:
 def phases(pyramid: StoreSizes, with_voids: Iterable[Task], is_marked: bool) -> Iterator[list[Task]]:
     """All further tasks, phase by phase. The tasks of a phase do not depend on each other.
 
-    Parameters
-    ----------
-    with_voids
-        The tasks of the first phase that found voids.
-    is_marked
-        Whether the store has marks.
+    `with_voids` are the tasks of the first phase that found voids; `is_marked`: the store has marks.
     """
     if void := [task._replace(phase="voids", level=2) for task in with_voids]:
         yield [task._replace(phase="voids") for task in of_source(pyramid)]
@@ -71,13 +66,7 @@ def phases(pyramid: StoreSizes, with_voids: Iterable[Task], is_marked: bool) -> 
 
 
 def perform(job: BuildJob, task: Task) -> dict[str, Any]:
-    """Do one task; returns what the build must know about its result.
-
-    Raises
-    ------
-    TerrainError
-        The source cannot be read, or the disk is full.
-    """
+    """Do one task; returns what the build must know about its result."""
     doing: dict[tuple[str, int], Callable[[BuildJob, Task], dict[str, Any]]] = {
         ("heights", 0): read_source,
         ("heights", 1): thin_out,

@@ -82,9 +82,9 @@ def _grown(rect: Rect, by: int, within: np.ndarray) -> Rect:
 def push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
     """Fill the voids of a rectangle of a level from the level above, and relax them.
 
-    The result is the same as if the whole level were filled. A sweep reads one post on each side. So we also fill
-    `SWEEPS` posts around the rectangle, and leave them out of the result. `known` may be a part of a level. Then
-    `above` is a part of the level above: its first post has half the column and row, and it covers the grown rectangle.
+    The result is that of the whole level: a sweep reads one post on each side, so `SWEEPS` posts around the rectangle
+    are also filled, and left out of the result. `known` may be a part of a level. Then `above` is a part of the level
+    above: its first post has half the column and row, and it covers the grown rectangle.
     """
     x0, y0, x1, y1 = _grown(rect, SWEEPS, known)
     part = known[y0 : y1 + 1, x0 : x1 + 1]

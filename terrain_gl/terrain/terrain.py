@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
-from ..basics.rect import Rect
+from ..basics.rect import Area, Rect
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..gpu.packing import STEPS
@@ -45,11 +45,9 @@ class Terrain:
         Sizes of the quadtree's levels.
     edits
         The number of edits that have changed the map.
-    streams
-        Whether parts of the map may be missing on the GPU: False for this class.
     """
 
-    streams = False
+    streams = False  # whether parts of the map may be missing on the GPU
 
     def __init__(
         self,
@@ -96,13 +94,10 @@ class Terrain:
 
     @property
     def headroom_m(self) -> tuple[float, float]:
-        """How far edits may go below the lowest post and above the highest before everything is rebuilt, in metres.
-
-        Infinite if the quantisation range ends at `MAX_HEIGHT_M`, the limit for all heights.
-        """
+        """How far edits may go below the lowest post and above the highest before everything is rebuilt, in metres."""
         low, high = self.heightmap.range_m
         top_m = self._low_m + self.span_m
-        down_m = low - self._low_m if self._low_m > -MAX_HEIGHT_M else math.inf
+        down_m = low - self._low_m if self._low_m > -MAX_HEIGHT_M else math.inf  # no height is beyond this limit
         return down_m, top_m - high if top_m < MAX_HEIGHT_M else math.inf
 
     @property
@@ -143,10 +138,9 @@ class Terrain:
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
         """Give the posts from column x and row y on new heights, (rows, cols), NaN for voids.
 
-        The time grows with the number of posts that change, not with the map. Everything is uploaded again only if
-        heights leave the quantisation range, or if the first void appears or the last one disappears. When heights
-        leave the range, it is widened with headroom, and never shrinks again (`Heightmap.quantised_m`). The first edit
-        copies the heights, so the caller's map does not change.
+        The time grows with the number of posts that change. Everything is uploaded again only if heights leave the
+        quantisation range, or if the first void appears or the last one disappears. A range that heights leave is
+        widened with headroom, and never shrinks again (`Heightmap.quantised_m`).
 
         Returns
         -------
@@ -163,7 +157,8 @@ class Terrain:
         has_voids = self.heightmap.voids > 0
         in_range = min(self.headroom_m) >= 0
         if not in_range:
-            self._widen_range()
+            ends_m = self._low_m, self._low_m + self.span_m
+            self.heightmap.quantised_m = widened_range(self.heightmap.range_m, self.heightmap.quantised_m, ends_m)
         if not in_range or has_voids != had_voids:
             self.marks.release()
             self.marks = self._make_marks()
@@ -179,12 +174,7 @@ class Terrain:
         """A copy of the map with a wider quantisation range, to `take` later; None if the range is wide enough.
 
         The new range holds heights `up_m` above the highest post and `down_m` below the lowest. The copy does not
-        contain later edits.
-
-        Raises
-        ------
-        UsageError
-            A number of metres that is negative or not finite.
+        contain later edits. `UsageError`: a number of metres that is negative or not finite.
         """
         if not (0 <= up_m < math.inf and 0 <= down_m < math.inf):
             raise UsageError(f"headroom must be 0 or more metres up and down, got {up_m:g} and {down_m:g}")
@@ -231,12 +221,8 @@ class Terrain:
     def boxes(self, low: np.ndarray, high: np.ndarray, heights_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes over parts of the map: smallest and largest corners, (n, 3) metres.
 
-        Parameters
-        ----------
-        low, high
-            (n, 2) columns and rows of their north-west and south-east corners; `high` may lie beyond the map.
-        heights_m
-            (n, 2) lowest and highest height above the base.
+        The boxes reach from columns and rows `low` to `high`, (n, 2); `high` may lie beyond the map. `heights_m` are
+        their lowest and highest heights above the base, (n, 2).
         """
         last = np.array([self.heightmap.cols - 1, self.heightmap.rows - 1])
         east, north = self.heightmap.spacing_m
@@ -265,11 +251,6 @@ class Terrain:
         texture = gl.texel_texture(self.ctx, (1, 1), "u1")
         texture.write(b"\0", alignment=1)  # a new texture may hold anything
         return texture
-
-    def _widen_range(self) -> None:
-        """Widen the quantisation range on each side that heights have left, with headroom for further edits."""
-        ends_m = self._low_m, self._low_m + self.span_m
-        self.heightmap.quantised_m = widened_range(self.heightmap.range_m, self.heightmap.quantised_m, ends_m)
 
     def _write(self, rect: Rect) -> None:
         x0, y0, x1, y1 = rect
@@ -323,21 +304,13 @@ class Water(NamedTuple):
         rim = _rim_of(posts)
         return cls(posts, np.unique(heights[posts]), sea_of(_rim_of(heights)[rim], len(rim)))
 
-    def stands(self, part: tuple[slice, slice], heights: np.ndarray) -> np.ndarray:
+    def stands(self, part: Area, heights: np.ndarray) -> np.ndarray:
         """Which posts of a part of the map are in water now."""
         return self.posts[part] & np.isin(heights, self.levels_m)
 
 
 def sea_of(heights: np.ndarray, rim: int) -> float | None:
-    """The height of the sea; None if the map has no sea.
-
-    Parameters
-    ----------
-    heights
-        Heights of the posts of the map's rim that are in water.
-    rim
-        Number of all posts of the rim.
-    """
+    """The height of the sea, None if there is none, from heights of wet posts of the rim; it has `rim` posts in all."""
     levels, counts = np.unique(heights, return_counts=True)
     is_sea = counts.size > 0 and counts.max() >= SEA * rim
     return float(levels[counts.argmax()]) if is_sea else None
@@ -353,14 +326,7 @@ def widened_range(
 ) -> tuple[float, float]:
     """Lowest and highest height of a new quantisation range, with headroom on each side where heights left the old one.
 
-    Parameters
-    ----------
-    heights_m
-        Lowest and highest height.
-    held_m
-        Lowest and highest height that the old range must hold.
-    ends_m
-        The ends of the old range.
+    The old range had the ends `ends_m`, and must hold `held_m`; the heights are now between the two `heights_m`.
     """
     low, high = heights_m
     held_low, held_high = held_m

@@ -6,6 +6,8 @@ a step up on one side and a step down on the other. Water has no side with a ste
 
 import numpy as np
 
+from ..basics.boxes import over_blocks
+
 LEAST_SIDE = 8  # least side of a tile, in posts; areas are sets of tiles
 MOST_TILES = 512  # most tiles along a side of the map: larger maps have larger tiles
 LEAST_TILES = 100  # least tiles of an area (6400 posts): a smaller area may be the bed of a dry basin
@@ -14,13 +16,7 @@ OUTLET = 0.08  # largest share of the tiles around an area that may lie lower, w
 
 
 def water_posts(heights: np.ndarray) -> np.ndarray | None:
-    """Posts in water, (rows, cols) bool; None if there is no water.
-
-    Parameters
-    ----------
-    heights
-        (rows, cols) float32 metres, NaN where void.
-    """
+    """Posts in water, (rows, cols) bool; None if there is no water. `heights` has NaN at voids."""
     side = tile_side(heights.shape)
     if min(heights.shape) < 2 * side:
         return None
@@ -36,10 +32,7 @@ def tile_side(shape: tuple[int, ...]) -> int:
 def water_tiles(low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
     """Height of the water in each tile, (rows, cols) float32, NaN in dry tiles; None if there is no water.
 
-    Parameters
-    ----------
-    low, high
-        Lowest and highest height of each whole tile; NaN for a tile with a void post.
+    `low` and `high` are the lowest and highest height of each whole tile; NaN for a tile with a void post.
     """
     flat = low == high
     if flat.sum() < LEAST_OF_SEA:
@@ -54,8 +47,7 @@ def water_tiles(low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
 def _of_tiles(of: np.ufunc, heights: np.ndarray, side: int) -> np.ndarray:
     """Reduce each whole tile with a ufunc; NaN for a tile with a void post."""
     rows, cols = (n // side for n in heights.shape)
-    tiles = heights[: rows * side, : cols * side].reshape(rows, side, cols, side)
-    return of.reduce(of.reduce(tiles, 3), 1)
+    return over_blocks(of, heights[: rows * side, : cols * side], side)
 
 
 def _areas(flat: np.ndarray, level: np.ndarray) -> list[np.ndarray]:
@@ -83,7 +75,7 @@ def _areas(flat: np.ndarray, level: np.ndarray) -> list[np.ndarray]:
 def _holds_water(tiles: np.ndarray, low: np.ndarray, high: np.ndarray) -> bool:
     """Whether the land around an area is higher in some place, and lower only at an outlet."""
     level = low[tuple(tiles[0])]
-    steps = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
+    steps = np.array(list(np.ndindex(3, 3))) - 1
     around = np.unique((tiles[:, None] + steps).reshape(-1, 2), axis=0)
     around = around[((around >= 0) & (around < low.shape)).all(1)]
     lows = low[around[:, 0], around[:, 1]]
@@ -97,20 +89,12 @@ def _holds_water(tiles: np.ndarray, low: np.ndarray, high: np.ndarray) -> bool:
 def posts_at(found: np.ndarray, heights: np.ndarray, side: int, first: tuple[int, int] = (0, 0)) -> np.ndarray:
     """Posts at the height of the water in their own tile, or in a tile beside it.
 
-    Parameters
-    ----------
-    found
-        Heights of the water in all tiles: a result of `water_tiles`.
-    heights
-        The posts of the map, or a part of them from row and column `first` on.
+    `found` is a result of `water_tiles`. `heights` are those of the map, or of a part from row and column `first` on.
     """
     rows, cols = (np.arange(start, start + n) for start, n in zip(first, heights.shape, strict=True))
     padded = np.pad(found, 1, constant_values=np.nan)
-    tile_row = np.minimum(rows // side, found.shape[0] - 1) + 1
-    tile_col = np.minimum(cols // side, found.shape[1] - 1) + 1
+    tile_row, tile_col = (np.minimum(at // side, n - 1) + 1 for at, n in zip((rows, cols), found.shape, strict=True))
     water = np.zeros(heights.shape, bool)
-    for i in (-1, 0, 1):
-        for j in (-1, 0, 1):
-            levels = padded[tile_row + i][:, tile_col + j]
-            water |= heights == levels
+    for i, j in np.ndindex(3, 3):
+        water |= heights == padded[tile_row + i - 1][:, tile_col + j - 1]
     return water
