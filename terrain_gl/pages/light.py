@@ -45,13 +45,7 @@ PATIENCE_S = 30.0  # windows without an answer for this long are not waited for
 
 
 class PageVisibility:
-    """Takes the place of `Visibility` for a paged map.
-
-    Attributes
-    ----------
-    is_idle
-        Whether the last step could do nothing, because it waits for a disk.
-    """
+    """Takes the place of `Visibility` for a paged map."""
 
     def __init__(self, terrain: PagedTerrain) -> None:
         self.terrain = terrain
@@ -64,7 +58,7 @@ class PageVisibility:
         self._stale: set[PageKey] = set()  # pages whose light is that of the map before an edit
         self._making: tuple[PageKey, int, Iterator[float]] | None = None
         self._is_rehearsed = False
-        self.is_idle = False
+        self.is_idle = False  # whether the last step could do nothing, because it waits for a disk
 
     @property
     def bytes(self) -> int:
@@ -111,9 +105,8 @@ class PageVisibility:
         self._making = None
         self._at = self._at or ((0.0, 0.0, 1.0), SUN_RADIUS)
         self.sweep = self.sweep or PageSweep(self.terrain)
-        flat = flat_windows(self.terrain.heightmap)
         slot = self.terrain.slot_of[self.terrain.roots[0]]
-        self.sweep.send(flat, 0)
+        self.sweep.send(flat_windows(self.terrain.heightmap), 0)
         drain(self.sweep.sun_steps(slot, (1.0, 0.0)))
         drain(self.sweep.sky_steps(slot))
         return True
@@ -142,13 +135,14 @@ class PageVisibility:
     def update(self, posts: Rect) -> None:
         """Follow an edit: pages whose windows hold edited posts get new light, and until then keep their old light."""
         heightmap = self.terrain.heightmap
-        waiting = {self._making[0]} if self._making else set()
-        for key in [key for key in {*self.terrain.slot_of, *self._reading, *waiting} if holds(heightmap, key, posts)]:
-            self._stale.add(key)
-            if key in self._reading:
-                self._reading.pop(key)[0].cancel()
-            if key in waiting:
-                self._making = None
+        making = self._making[0] if self._making else None
+        for key in {*self.terrain.slot_of, *self._reading, *([making] if making else ())}:
+            if holds(heightmap, key, posts):
+                self._stale.add(key)
+                if key in self._reading:
+                    self._reading.pop(key)[0].cancel()
+                if key == making:
+                    self._making = None
 
     def release(self) -> None:
         """Release GPU resources, and end the threads."""
@@ -166,9 +160,8 @@ class PageVisibility:
         return [key for key in self.terrain.in_use() if key not in self._failed and not self._has_light(key)]
 
     def _has_light(self, key: PageKey) -> bool:
-        if self._at is None or key in self._stale or not self.terrain.is_lit(key):
-            return False
-        return self._sun_of.get(key) == self._towards
+        is_lit = self._at is not None and key not in self._stale and self.terrain.is_lit(key)
+        return is_lit and self._sun_of.get(key) == self._towards
 
     def _step(self, left: list[PageKey]) -> bool:
         """Do one step of the light of a page whose windows have been read; returns whether there is such a page."""

@@ -21,12 +21,7 @@ OF_WORK = 0.25  # share of `memory_bytes` for pages that are being read or wait 
 class Loader:
     """Reads pages, each in a thread of its own, of which at most `threads` run.
 
-    Attributes
-    ----------
-    failed
-        Pages that cannot be read, and why.
-    patience_s
-        Seconds after which a page that gives no answer counts as missing.
+    A page that gives no answer for `patience_s` counts as missing. `failed`: why pages cannot be read.
     """
 
     def __init__(self, heightmap: PagedMap, threads: int = THREADS, patience_s: float = PATIENCE_S) -> None:

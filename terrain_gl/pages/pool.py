@@ -27,27 +27,7 @@ OF_COPIES = 0.5  # share of `memory_bytes` for copies of the heights of loaded p
 
 
 class PagePool:
-    """The pool, its page tables, and the `Terrain` block.
-
-    Attributes
-    ----------
-    slots, across
-        Number of slots, and slots in a row of its textures.
-    slot_of
-        The slot of each loaded page that is not hidden.
-    filled, known
-        The heights of the loaded pages; `known` is NaN where void.
-    eye_m
-        The eye of the present view.
-    rim_focal_px
-        With `--voids hole`, where rims must be sharp to a pixel, the focal length in pixels; 0 if voids are filled.
-    shows_errors
-        Whether a picture compares the mesh with the true heights: it then needs the pages of level 0.
-    views
-        Number of views that take turns, such as the sides of a split picture. The pages of each stay loaded.
-    waits
-        Whether a picture waits for all that it needs.
-    """
+    """The pool, its page tables, and the `Terrain` block."""
 
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
         self.ctx = ctx
@@ -57,28 +37,31 @@ class PagePool:
         self.numbering = heightmap.numbering
         self._make_tables()
         self._is_changed = False  # whether the tables differ from those on the GPU
-        self.slots, self.across = self._room()
+        self.slots, self.across = self._room()  # `across`: slots in a row of the textures
         side = heightmap.tile + 1
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=self.across)
         self.heights = gl.texel_texture(ctx, (self.across * side, self.across * side), "f4")
         self.height_sums = gl.reserve(ctx, 4 * side**2 * self.slots, "a table of heights")
         self.is_marked = heightmap.is_marked
         self.marks = gl.texel_texture(ctx, self.heights.size if self.is_marked else (1, 1), "u1")
-        self._mixed: set[int] = set()  # slots of pages that have nodes with holes and land
-        self.slot_of: dict[PageKey, int] = {}
+        self._mixed = np.zeros(self.slots, bool)  # whether the page in a slot has nodes with holes and land
+        self.slot_of: dict[PageKey, int] = {}  # of each loaded page that is not hidden
         self._hidden: dict[PageKey, int] = {}
         self._lit = np.zeros(self.slots, bool)
         self.table = gl.texel_texture(ctx, (ROW, len(self._words)), "u4")
         self.table.write(self._words)
         self.block = ctx.buffer(self._describe().tobytes())
         self._free = list(range(self.slots))[::-1]
-        self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        self.rim_focal_px = 0.0
-        self.shows_errors = False
-        self.views = 1
-        self.waits = True
+        self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the present view
+        self.rim_focal_px = 0.0  # with `--voids hole`, where rims must be sharp to a pixel: the focal length
+        self.shows_errors = False  # whether a picture needs the pages of level 0, to compare the mesh with true heights
+        self.views = (
+            1  # number of views that take turns, as the sides of a split picture; the pages of each stay loaded
+        )
+        self.waits = True  # whether a picture waits for all that it needs
         self._stamps = np.zeros(self.numbering.total, np.int64)  # of each page: when a view last used it
         self._stamp = 0  # of the present view
+        # heights of the loaded pages; `known` is NaN where void
         self.filled = ResidentHeights(heightmap, self._finest, self.slots)
         self.known = self.filled.known() if heightmap.voids else self.filled
 
@@ -90,8 +73,8 @@ class PagePool:
     @property
     def bytes(self) -> int:
         """GPU memory of heights, their sums, and page tables."""
-        texels = {texture: texture.width * texture.height for texture in (self.heights, self.table, self.marks)}
-        return 4 * (texels[self.heights] + texels[self.table]) + texels[self.marks] + self.height_sums.size
+        words = sum(texture.width * texture.height for texture in (self.heights, self.table))
+        return 4 * words + self.height_sums.size + self.marks.width * self.marks.height
 
     @property
     def roots(self) -> list[PageKey]:
@@ -115,11 +98,11 @@ class PagePool:
         self.heights.write(sums.heights - np.float32(self.base_m), viewport=(*corner, side, side))
         self.height_sums.write(sums.height_sums, offset=4 * side**2 * slot)
         self.filled.copies[slot] = sums.heights
+        self._mixed[slot] = sums.is_mixed
         if sums.marks is not None:
             self.marks.write(sums.marks, viewport=(*corner, side, side), alignment=1)
             if self.known.marks is not None:
                 self.known.marks[slot] = sums.marks
-            (self._mixed.add if sums.is_mixed else self._mixed.discard)(slot)
 
     def hide(self) -> None:
         """Treat all pages except the roots as not loaded. They keep their slots as long as there is room."""
@@ -183,7 +166,7 @@ class PagePool:
             numbers = self.numbering.above(numbers)
 
     def _is_used(self, key: PageKey) -> bool:
-        return key[0] == self.top_level or bool(self._stamp_of(key) > self._stamp - self.views)
+        return key[0] == self.top_level or self._stamp_of(key) > self._stamp - self.views
 
     def _stamp_of(self, key: PageKey) -> int:
         return int(self._stamps[self.numbering.number(key)])
@@ -250,8 +233,7 @@ class PagePool:
 
     def is_mixed(self, numbers: np.ndarray) -> np.ndarray:
         """Whether loaded pages have nodes with holes and land, by their numbers."""
-        slots = (self._slots_of[numbers] & np.uint32(LIT - 1)).astype(np.int64) - 1
-        return np.isin(slots, np.fromiter(self._mixed, np.int64))
+        return self._mixed[(self._slots_of[numbers] & np.uint32(LIT - 1)).astype(np.int64) - 1]
 
     def resident_level(self, boxes: Boxes, level: np.ndarray) -> np.ndarray:
         """The finest level, from `level` up, whose pages over a box are all loaded."""

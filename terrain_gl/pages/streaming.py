@@ -86,15 +86,7 @@ class Streaming:
         return not self._is_complete and self.loader.is_busy
 
     def select(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
-        """Choose the mesh of a view, and report missing tiles.
-
-        Returns
-        -------
-        Selection
-            The mesh.
-        dict
-            `complete`, `within_tolerance`, `tiles_resident`, `tiles_missing`: docs/stats.md.
-        """
+        """Choose the mesh of a view; returns it, and numbers about its tiles: docs/stats.md."""
         self.terrain.eye_m = camera.eye
         return (self._wait if self.waits else self._fly)(choose, camera, goal)
 
@@ -129,10 +121,7 @@ class Streaming:
     def rebuild_steps(self) -> Steps[None]:
         """Compute the records of edited nodes anew, in a thread; yields progress from 0 to 1. Then bounds are exact.
 
-        Raises
-        ------
-        TerrainError
-            A tile cannot be read, or there is no OpenGL for the thread. The bounds stay wide, but they still hold.
+        If that fails, a `TerrainError` says why. The bounds then stay wide, but they still hold.
         """
         edited = self._edited
         first = 0

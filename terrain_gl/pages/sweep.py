@@ -21,15 +21,7 @@ _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BA
 
 
 class PageSweep:
-    """Makes the light of one page after another, in pools that have a place for each slot.
-
-    Attributes
-    ----------
-    sun
-        Sines of the sun's horizon: (side + 1)² posts of each slot, 16 bits.
-    sky
-        Visible shares of the sky's lobes: texels of 3 × 3 cells, with a border of one texel.
-    """
+    """Makes the light of one page after another, in pools that have a place for each slot."""
 
     def __init__(self, terrain: PagedTerrain) -> None:
         self.ctx = terrain.ctx
@@ -37,6 +29,8 @@ class PageSweep:
         tile = self._tile = terrain.heightmap.tile
         self._side = side_of(tile)
         across = terrain.across
+        # Of each slot: sines of the sun's horizon of its posts; visible shares of the sky's lobes, with a border of one
+        # texel.
         self.sun = self.ctx.texture((across * (tile + 1),) * 2, 1, dtype="nu2")
         self.sky = self.ctx.texture((across * sky_side(tile),) * 2, 4, dtype="u4")
         for texture in (self.sun, self.sky):

@@ -19,20 +19,14 @@ from .sums import Sums, counter_words, sums_of
 
 
 class PagedTerrain(PagePool):
-    """A paged map on the GPU, and its edits. It takes the place of `Terrain`.
-
-    Attributes
-    ----------
-    edits
-        The number of edits that have changed the map.
-    """
+    """A paged map on the GPU, and its edits. It takes the place of `Terrain`."""
 
     streams = True
     headroom_m = math.inf, math.inf  # no limit: an edit beyond the quantisation range widens that range
 
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
         super().__init__(ctx, heightmap)
-        self.edits = 0
+        self.edits = 0  # the number of edits that have changed the map
         self._own: EditedMap | None = None
 
     @property
@@ -64,7 +58,7 @@ class PagedTerrain(PagePool):
         Returns
         -------
         Rect, optional
-            The rectangle of columns and rows (x0, y0, x1, y1) whose pages change; None if no post changed.
+            The columns and rows (x0, y0, x1, y1) whose pages change; None if no post changed.
         """
         own = self.own
         changed = own.write(x, y, heights)
@@ -175,13 +169,7 @@ class PagedTables:
             self.ranges.write(sums.ranges, offset=sums.ranges.nbytes * slot)
 
     def load(self, keys: Iterable[PageKey]) -> None:
-        """Read pages in this thread, and first the pages above them. Shaders see these pages at once.
-
-        Raises
-        ------
-        TerrainError
-            A page is missing.
-        """
+        """Read pages in this thread, and first the pages above them. Shaders see these pages at once."""
         for key in keys:
             missing = []
             while key not in self.terrain.slot_of:

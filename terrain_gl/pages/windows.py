@@ -101,10 +101,7 @@ def window_count(heightmap: PagedMap, level: int) -> int:
 def windows_of(heightmap: PagedMap, key: PageKey) -> PageWindows:
     """Read the windows around a page. Where a tile is missing, the next coarser window takes its place.
 
-    Raises
-    ------
-    TerrainError
-        A tile of the coarsest window is missing.
+    `TerrainError`: a tile of the coarsest window is missing.
     """
     level = key[0]
     side = side_of(heightmap.tile)
@@ -149,10 +146,9 @@ def _first_posts(heightmap: PagedMap, key: PageKey) -> list[np.ndarray]:
 def flat_windows(heightmap: PagedMap) -> PageWindows:
     """Two windows of flat ground: a page has at least two."""
     side = side_of(heightmap.tile)
+    shift = np.array([[0, 0], [-side // 2] * 2], np.int32)
     inside = np.array([[0, 0, side, side]] * 2, np.int32)
-    return PageWindows(
-        np.zeros((2, side + 1, side + 1), np.float32), np.array([[0, 0], [-side // 2] * 2], np.int32), inside
-    )
+    return PageWindows(np.zeros((2, side + 1, side + 1), np.float32), shift, inside)
 
 
 def _read(
@@ -172,10 +168,9 @@ def _read(
             found[part] = heightmap.lattice_heights(level, y, x)
         except TerrainError:
             missing.append(part)
-    if missing:
-        instead = coarser()
-        for part in missing:
-            found[part] = instead[part]
+    instead = coarser() if missing else found
+    for part in missing:
+        found[part] = instead[part]
     return found
 
 

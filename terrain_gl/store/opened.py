@@ -17,18 +17,7 @@ OF_TILES = 0.25  # share of `memory_bytes` for the most recently read tiles
 
 
 class StoredMap(PagedMap):
-    """An opened store.
-
-    Parameters
-    ----------
-    path
-        Its folder.
-
-    Attributes
-    ----------
-    about
-        Its description.
-    """
+    """The store in a folder, opened. `about` is its description."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         about = self.about = read_about(path)

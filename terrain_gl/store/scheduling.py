@@ -95,19 +95,15 @@ class Cluster:
         """Results in the order of their tasks."""
         from distributed import KilledWorker
 
-        return _in_order(tasks, lambda task: self._begin(perform, job, task), self._count, KilledWorker)
+        def begin(task: Any) -> Any:
+            # each task carries the job: data scattered to workers are lost when these workers die
+            return self._client.submit(perform, job, task, pure=False, retries=TRIES - 1)
+
+        return _in_order(tasks, begin, lambda: sum(self._client.nthreads().values()), KilledWorker)
 
     def close(self) -> None:
         """Leave the cluster."""
         self._client.close()
-
-    def _begin(self, perform: Perform, job: Any, task: Any) -> Any:
-        # each task carries the job: data scattered to workers are lost when these workers die
-        return self._client.submit(perform, job, task, pure=False, retries=TRIES - 1)
-
-    def _count(self) -> int:
-        """Present number of threads of all workers."""
-        return sum(self._client.nthreads().values())
 
 
 def scheduler(workers: int, address: str | None = None) -> Here | Processes | Cluster:
