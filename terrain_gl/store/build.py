@@ -139,8 +139,7 @@ def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress |
 
 def _cost(tasks: list[Task]) -> float:
     """Rough cost of a phase; measuring errors takes longest."""
-    weight = {("heights", 0): 1.0, ("errors", 0): 6.0}.get((tasks[0].phase, tasks[0].level), 0.3)
-    return weight * len(tasks)
+    return {"read": 1.0, "measure": 6.0}.get(tasks[0].phase, 0.3) * len(tasks)
 
 
 class BuildJournal:
@@ -211,7 +210,7 @@ class BuildJournal:
             for name, level, row, col, noted in result["checks"]:
                 checks.note(name, level, (row // job.pyramid.tile, col // job.pyramid.tile), np.array(noted))
         shards = of_source(job.pyramid)
-        filled = [task._replace(phase="voids", level=3) for task in shards]
+        filled = [task._replace(phase="replace") for task in shards]
         pairs = zip(shards, filled, strict=True)
         hashes = "".join(self.results.get(last, self.results[first])["sha256"] for first, last in pairs)
         source = job.source

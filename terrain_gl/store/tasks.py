@@ -1,15 +1,15 @@
 """The tasks of a build: each writes whole shards, and depends only on finished phases.
 
-    heights 0     read a window of the source, check it, write it; the voids go to a file of their own
-    water 0       find the water of the whole map (water.py)
-    voids 0       halve the known heights of a shard a few times       }
-    voids 1       fill the coarsest of these levels, of the whole map  }  only if the map has voids (voids.py)
-    voids 2       fill a shard with voids, from the coarsest level on  }
-    voids 3       write the filled shard                               }
-    marks l       bits of posts and nodes, if the map has voids or water
-    heights l     every other post of level l − 1
-    errors 0      records of all nodes over one shard of posts; records of coarse levels go to a file of their own
-    errors l      a shard of a coarse level, from these files
+    read            read a window of the source, check it, write it; the voids go to a file of their own
+    find_water      find the water of the whole map (water.py)
+    halve           halve the known heights of a shard a few times       }
+    fill_coarsest   fill the coarsest of these levels, of the whole map  }  only if the map has voids (voids.py)
+    fill            fill a shard with voids, from the coarsest level on  }
+    replace         write the filled shard                               }
+    mark            bits of posts and nodes of a shard of a level, if the map has voids or water
+    thin_out        every other post of the level below
+    measure         records of all nodes over one shard of posts; records of coarse levels go to a file of their own
+    gather          a shard of the records of a coarse level, from these files
 
 A killed task leaves its shard either unchanged or complete. The task is then done again.
 """
@@ -37,12 +37,12 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 def of_source(pyramid: StoreSizes) -> list[Task]:
     """The first phase: all heights are read."""
-    return [Task("heights", 0, *at) for at in areas(pyramid.posts(0), pyramid.shard)]
+    return [Task("read", 0, *at) for at in areas(pyramid.posts(0), pyramid.shard)]
 
 
 def of_all(pyramid: StoreSizes) -> list[Task]:
     """The second phase: tasks that need all heights."""
-    return [Task("water", 0, 0, 0)]
+    return [Task("find_water", 0, 0, 0)]
 
 
 def phases(pyramid: StoreSizes, with_voids: Iterable[Task], is_marked: bool) -> Iterator[list[Task]]:
@@ -50,45 +50,43 @@ def phases(pyramid: StoreSizes, with_voids: Iterable[Task], is_marked: bool) -> 
 
     `with_voids` are the tasks of the first phase that found voids; `is_marked`: the store has marks.
     """
-    if void := [task._replace(phase="voids", level=2) for task in with_voids]:
-        yield [task._replace(phase="voids") for task in of_source(pyramid)]
-        yield [Task("voids", 1, 0, 0)]
+    if void := [task._replace(phase="fill") for task in with_voids]:
+        yield [task._replace(phase="halve") for task in of_source(pyramid)]
+        yield [Task("fill_coarsest", 0, 0, 0)]
         yield void
-        yield [task._replace(level=3) for task in void]
+        yield [task._replace(phase="replace") for task in void]
     if is_marked:
         for level in range(pyramid.top + 1):
-            yield [Task("marks", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
+            yield [Task("mark", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
     for level in range(1, pyramid.top + 1):
-        yield [Task("heights", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
-    yield [Task("errors", 0, *at) for at in areas(pyramid.nodes(0), pyramid.shard)]
+        yield [Task("thin_out", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
+    yield [Task("measure", 0, *at) for at in areas(pyramid.nodes(0), pyramid.shard)]
     for level in range(pyramid.fine + 1, pyramid.top + 1):
-        yield [Task("errors", level, *at) for at in areas(pyramid.nodes(level), pyramid.shard)]
+        yield [Task("gather", level, *at) for at in areas(pyramid.nodes(level), pyramid.shard)]
 
 
 def perform(job: BuildJob, task: Task) -> dict[str, Any]:
     """Do one task; returns what the build must know about its result."""
-    doing: dict[tuple[str, int], Callable[[BuildJob, Task], dict[str, Any]]] = {
-        ("heights", 0): read_source,
-        ("heights", 1): thin_out,
-        ("water", 0): water.find,
-        ("voids", 0): voids.halve,
-        ("voids", 1): voids.fill_coarsest,
-        ("voids", 2): voids.fill,
-        ("voids", 3): voids.replace,
-        ("marks", 0): mark,
-        ("marks", 1): mark_coarser,
-        ("errors", 0): measure,
-        ("errors", 1): gather,
+    doing: dict[str, Callable[[BuildJob, Task], dict[str, Any]]] = {
+        "read": read,
+        "find_water": water.find,
+        "halve": voids.halve,
+        "fill_coarsest": voids.fill_coarsest,
+        "fill": voids.fill,
+        "replace": voids.replace,
+        "mark": mark_coarser if task.level else mark,
+        "thin_out": thin_out,
+        "measure": measure,
+        "gather": gather,
     }
-    kind = task.level if task.phase == "voids" else min(task.level, 1)
     try:
-        return doing[task.phase, kind](job, task)
+        return doing[task.phase](job, task)
     except OSError as error:
         reason = "the disk is full" if error.errno in _FULL else f"cannot write ({error.strerror or error})"
         raise TerrainError(f"{job.path}: {reason}: make room, and run the same command again to go on") from None
 
 
-def read_source(job: BuildJob, task: Task) -> dict[str, Any]:
+def read(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a window of the source; returns its range, its numbers of voids and of filled posts, and a hash."""
     pyramid = job.pyramid
     where = area(pyramid.posts(0), pyramid.shard, task.at)
