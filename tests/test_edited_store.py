@@ -20,8 +20,10 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import layout
 from terrain_gl.gpu.packing import pack_pair
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.pages.edited_records import EditedRecords
+from terrain_gl.pages.map import Page
 from terrain_gl.pages.sheet import Sheet
-from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, widened, widened_ranges
+from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, widened
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.terrain import quantisation_range
@@ -150,17 +152,19 @@ def test_wide_records_are_those_of_the_specification_rounded_up():
     vertices = truth * rng.random(most.shape).astype(np.float32)
     moved = Moves(truth, vertices, np.where(truth > 0, -20.0, np.inf), np.where(truth > 0, 33.0, -np.inf))
     square = np.arange(11) < 9
-    found = errors_m(widened(words, moved, square & (most > 0), 2, scale), scale)
+    found = errors_m(widened(words, truth, vertices, square & (most > 0), 2, scale), scale)
     expected = reference.widened_errors(*errors_m(words, scale), truth, vertices, 2)
     for ours, theirs in zip(found, expected, strict=True):
         inside = np.broadcast_to(square, theirs.shape)
         assert (ours >= theirs)[inside].all() and (ours <= theirs * 1.003 + 0.001)[inside].all()
     assert (found[1][:, 9:] == found[0][:, 9:])[truth[:, 9:] > 0].all()  # at the rim, the mean is the largest error
-    np.testing.assert_array_equal(widened(words, moved, square, 2, scale)[truth == 0], words[truth == 0])
-    ranges = np.full((2, 9, 11), 30000, np.uint16)
-    low, high = widened_ranges(ranges, moved, scale) / 65535 * 96.0 - 32.0
+    np.testing.assert_array_equal(widened(words, truth, vertices, square, 2, scale)[truth == 0], words[truth == 0])
+    records, area = EditedRecords(16, 2, (36, 40), scale), (slice(0, 9), slice(0, 11))
+    records.move(2, area, moved)
+    _, ranges = records.of(Page(most, words, np.full((2, 9, 11), 30000, np.uint16)), 2, area)
+    low, high = ranges / 65535 * 96.0 - 32.0
     assert (low[truth > 0] <= -20).all() and (high[truth > 0] >= 33).all()
-    assert (widened_ranges(ranges, moved, scale)[:, truth == 0] == 30000).all()
+    assert (ranges[:, truth == 0] == 30000).all()
 
 
 # --- What is certified ------------------------------------------------------------------------------------------------

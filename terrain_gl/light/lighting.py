@@ -140,7 +140,10 @@ class Lighting:
     ) -> None:
         """Make the missing light for a sun (azimuth, elevation), a sky's file, a picture of the ground and a look."""
         heightmap = self.terrain.heightmap
-        drain(self.follow_steps(sun, sky, material, look, heightmap.rows * heightmap.cols))
+        self._run(self.follow_steps(sun, sky, material, look, heightmap.rows * heightmap.cols))
+
+    def _run(self, steps: Steps[None]) -> None:
+        drain(steps)
 
     def follow_steps(
         self,

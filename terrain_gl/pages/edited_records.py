@@ -3,15 +3,16 @@
 import numpy as np
 
 from ..basics.rect import Area, span_of
-from ..gpu.packing import pack_16, unpack_16
+from ..gpu.packing import STEPS, pack_range
 from .map import Page
 from .sheet import Sheet
-from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges
+from .widening import Moves, Scale, rescaled, rescaled_ranges, widened
 
 UNKNOWN = 0xFFFFFFFF  # no record was computed anew
-# The moves of a node (`Moves`), and its record if it was computed anew.
-_EDITED = [*((name, "f4") for name in Moves._fields), ("errors", "u4"), ("ranges", "u4")]
-_UNEDITED = (0.0, 0.0, np.inf, -np.inf, UNKNOWN, 0)
+# Of each node: its moves (`Moves`), its record if it was computed anew, and its range. Without such a record, the range
+# is that of the new heights alone.
+_EDITED = [("truth", "f4"), ("vertices", "f4"), ("errors", "u4"), ("low", "u2"), ("high", "u2")]
+_UNEDITED = (0.0, 0.0, UNKNOWN, STEPS, 0)
 
 
 class EditedRecords:
@@ -44,9 +45,12 @@ class EditedRecords:
 
     def move(self, level: int, nodes: Area, moved: Moves) -> None:
         """Widen the records of nodes whose posts have moved. Moves of several edits add up."""
+        low, high = pack_range(moved.low, moved.high, *self._scale)
         for entries, part in self._sheets[level].views(nodes):
-            for name, by in zip(Moves._fields, (np.add, np.add, np.minimum, np.maximum), strict=True):
-                entries[name] = by(entries[name], getattr(moved, name)[part])
+            entries["truth"] += moved.truth[part]
+            entries["vertices"] += moved.vertices[part]
+            entries["low"] = np.minimum(entries["low"], low[part])
+            entries["high"] = np.maximum(entries["high"], high[part])
 
     def rescale(self, scale: Scale) -> None:
         """Convert everything to another quantisation range."""
@@ -54,7 +58,9 @@ class EditedRecords:
             for tile in sheet.tiles.values():
                 errors = rescaled(tile["errors"], self._scale, scale)
                 tile["errors"] = np.where(tile["errors"] == UNKNOWN, UNKNOWN, errors)
-                tile["ranges"] = pack_16(*rescaled_ranges(unpack_16(tile["ranges"]), self._scale, scale))
+                ranges = np.stack([tile["low"], tile["high"]])
+                is_range = ranges[0] <= ranges[1]
+                tile["low"], tile["high"] = np.where(is_range, rescaled_ranges(ranges, self._scale, scale), ranges)
         self._scale = scale
 
     def note_exact(self, level: int, area: Area, errors: np.ndarray, ranges: np.ndarray) -> Area | None:
@@ -69,7 +75,7 @@ class EditedRecords:
         rows, cols = span_of(down), span_of(across)
         exact = np.full(wide[rows, cols].shape, self._sheets[level].fill)
         exact["errors"] = errors[rows, cols]
-        exact["ranges"] = pack_16(*ranges[:, rows, cols])
+        exact["low"], exact["high"] = ranges[:, rows, cols]
         mine = span_of(down, area[0].start), span_of(across, area[1].start)
         self._sheets[level].put(mine, exact)
         return mine
@@ -94,10 +100,10 @@ class EditedRecords:
             return errors, ranges
         is_exact = entries["errors"] != UNKNOWN
         errors = np.where(is_exact, entries["errors"], errors)
-        ranges = np.where(is_exact, unpack_16(entries["ranges"]), ranges)
-        moved = Moves(*(entries[name] for name in Moves._fields))
-        errors = widened(errors, moved, self._squares(level, area), level, self._scale)
-        return errors, widened_ranges(ranges, moved, self._scale)
+        errors = widened(errors, entries["truth"], entries["vertices"], self._squares(level, area), level, self._scale)
+        low = np.where(is_exact, entries["low"], np.minimum(ranges[0], entries["low"]))
+        high = np.where(is_exact, entries["high"], np.maximum(ranges[1], entries["high"]))
+        return errors, np.stack([low, high])
 
     def _squares(self, level: int, area: Area) -> np.ndarray:
         """Which nodes of an area lie wholly on the map."""

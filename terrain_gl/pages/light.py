@@ -21,13 +21,11 @@ from ..basics.steps import Steps, drain
 from ..camera import Vector
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
-from ..light.climate import AUTO
 from ..light.gaussians import SKY_AXES
 from ..light.ground import HeightSums, SumsTable
 from ..light.horizon import FULL, SUN_RADIUS, Visibility, lattice_direction, sun_uniforms
 from ..light.lighting import Lighting, sky_seen
 from ..light.moments import Direction
-from ..light.ramps import Ramp, Values
 from ..light.sky import SHAPE, Sky
 from .map import PageKey
 from .sweep import PageSweep
@@ -288,17 +286,10 @@ class PagedLighting(Lighting):
         """Whether missing light can still be made."""
         return self._is_late or self._pages.is_coming
 
-    def follow(
-        self,
-        sun: tuple[float, float],
-        sky: str | None = None,
-        material: str | Values | None = None,
-        look: str | Ramp = AUTO,
-    ) -> None:
+    def _run(self, steps: Steps[None]) -> None:
         """Make the missing light. If pictures do not wait: only as much as the time for light in a frame allows."""
         now_s = time.perf_counter()
         end_s = now_s + max(LIGHT_S, LIGHTS * min(now_s - self._flown_s, LONGEST_S))
-        steps = self.follow_steps(sun, sky, material, look)
         for _ in steps:
             if not self._terrain.waits:
                 self.ctx.finish()

@@ -65,25 +65,21 @@ def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, las
     )
 
 
-def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, scale: Scale) -> np.ndarray:
+def widened(
+    words: np.ndarray, truth: np.ndarray, vertices: np.ndarray, square: np.ndarray, level: int, scale: Scale
+) -> np.ndarray:
     """First words of the nodes' records, widened so that they bound the errors after edits. Other nodes keep theirs.
 
-    A word has the largest error in the low half, and the root mean square in the high half. `square` says which nodes
-    lie wholly on the map.
+    A word has the largest error in the low half, and the root mean square in the high half. `truth` and `vertices` are
+    as in `Moves`. `square` says which nodes lie wholly on the map.
     """
     most, rms = errors_m(words, scale)
-    truth, vertices = (np.asarray(m, np.float64) * ROUNDED for m in (moved.truth, moved.vertices))
+    truth, vertices = (np.asarray(m, np.float64) * ROUNDED for m in (truth, vertices))
     more = truth + vertices
     wide = np.minimum(most + more, scale.span_m)
     mean = np.sqrt((rms + 2.5 * more) ** 2 + 2.0 ** (1 - level) * most * truth)
     found = pack_pair((wide, np.where(square, np.minimum(mean, wide), wide)), scale.span_m)
     return np.where(more > 0, found, words)
-
-
-def widened_ranges(ranges: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
-    """Ranges (2, rows, cols) of nodes, widened so that they contain the new heights."""
-    low, high = pack_range(moved.low, moved.high, *scale)
-    return np.stack([np.minimum(ranges[0], low), np.maximum(ranges[1], high)])
 
 
 def rescaled(words: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
