@@ -18,14 +18,8 @@ _UNEDITED = (0.0, 0.0, UNKNOWN, STEPS, 0)
 class EditedRecords:
     """Records of all levels from 1 on.
 
-    Parameters
-    ----------
-    tile, top
-        Nodes a side of a page; the coarsest level.
-    last
-        Row and column of the map's last post.
-    scale
-        The quantisation range of the records on disk.
+    `tile` and `top` are those of the map. `last` is the row and column of its last post, and `scale` the quantisation
+    range of the records on disk.
     """
 
     def __init__(self, tile: int, top: int, last: tuple[int, int], scale: Scale) -> None:

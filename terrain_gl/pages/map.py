@@ -148,13 +148,7 @@ class PagedMap(Heightmap):
         return ""
 
     def coarse(self) -> Heightmap:
-        """A coarse map for choosing a view: the finest level with at most `COARSE_POSTS` posts that can be read.
-
-        Raises
-        ------
-        TerrainError
-            No coarse tiles can be read.
-        """
+        """A coarse map for choosing a view: the finest level with at most `COARSE_POSTS` posts that can be read."""
         level = 0
         while level < self.top and np.prod(self.posts(level)) > COARSE_POSTS:
             level += 1

@@ -28,16 +28,10 @@ class Rebuild(NamedTuple):
 
 
 class Rebuilder:
-    """A thread that computes records of edited nodes.
-
-    Attributes
-    ----------
-    failed
-        Why the last square could not be computed; "" if it could.
-    """
+    """A thread that computes records of edited nodes."""
 
     def __init__(self) -> None:
-        self.failed = ""
+        self.failed = ""  # why the last square could not be computed
         self._job: Rebuild | None = None
         self._closed = threading.Event()
         self._thread = ThreadPoolExecutor(1, "rebuilding records")

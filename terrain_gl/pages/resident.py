@@ -16,16 +16,9 @@ from .marks import known
 class ResidentHeights(PostsOnDemand):
     """All posts of a map, computed from the loaded pages.
 
-    Parameters
-    ----------
-    finest
-        For each page of level 0, the finest loaded page over it, as slot + (level << 24).
-
-    Attributes
-    ----------
-    copies, marks
-        (slots, side + 1, side + 1) float32 metres, and uint8: heights and marks of each slot. Only `known` has marks:
-        its voids are NaN.
+    `finest` has, for each page of level 0, the finest loaded page over it, as slot + (level << 24). `copies` are the
+    heights in each slot, (slots, side + 1, side + 1) float32 metres. `marks` are the marks of the same posts, uint8:
+    only `known` has them, and makes their voids NaN.
     """
 
     marks: np.ndarray | None = None

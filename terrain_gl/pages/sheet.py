@@ -11,19 +11,9 @@ from ..basics.rect import Area, tiles_over
 
 
 class Sheet:
-    """A 2-D array in tiles. A tile takes memory only when something is written in it.
+    """A 2-D array in tiles of `side` entries. A tile takes memory only when something is written in it.
 
-    Parameters
-    ----------
-    side
-        Entries along a side of a tile.
-    fill
-        The value of all entries that were never written.
-
-    Attributes
-    ----------
-    tiles
-        The tiles in memory, by row and column.
+    `tiles` are the tiles in memory, by row and column. Entries that were never written have the value `fill`.
     """
 
     def __init__(self, side: int, fill: Any, dtype: Any = "f4") -> None:

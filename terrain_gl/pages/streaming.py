@@ -37,26 +37,17 @@ Choose = Callable[[Camera], Selection]
 
 
 class Streaming:
-    """Loads pages for the views of one map.
-
-    Attributes
-    ----------
-    is_repeatable
-        Whether a view that waits starts from the coarsest pages. Then its picture does not depend on earlier views.
-        Otherwise finer pages of earlier views stay, and normals are computed from these pages.
-    progress
-        A function that is called with the loaded share, 0 to 1, while `select` waits; None for no calls.
-    clock
-        Tells the time of a frame in seconds.
-    """
+    """Loads pages for the views of one map."""
 
     def __init__(self, tables: PagedTables) -> None:
         self._tables = tables
         self.terrain = tables.terrain
         self.loader = Loader(self.terrain.heightmap)
+        # Whether a view that waits starts from the coarsest pages. Then its picture does not depend on earlier views.
+        # Otherwise finer pages of earlier views stay, and normals are computed from these pages.
         self.is_repeatable = False
-        self.progress: Callable[[float], None] | None = None
-        self.clock: Callable[[], float] = time.monotonic
+        self.progress: Callable[[float], None] | None = None  # gets the loaded share, 0 to 1, while `select` waits
+        self.clock: Callable[[], float] = time.monotonic  # tells the time of a frame in seconds
         self._rebuilder = Rebuilder()
         self._holds_back = False  # rebuilding waits, because more edits follow at once
         self._motion = Motion()

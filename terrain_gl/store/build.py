@@ -258,17 +258,14 @@ class BuildJournal:
         else:
             if path.is_dir() and any(entry.name != WORK for entry in path.iterdir()):
                 raise TerrainError(f"{path}: is a folder that holds something else: name another one")
-            self._begin(begun)
+            try:
+                self.folder.mkdir(parents=True, exist_ok=True)
+                beside = begun.with_suffix(".partial")
+                beside.write_text(json.dumps(self._begun), "utf-8")
+                os.replace(beside, begun)
+            except OSError as error:
+                raise TerrainError(f"{path}: cannot write: {error.strerror or error}") from None
         Arrays(self.job.path, self.job.pyramid).create()
-
-    def _begin(self, begun: Path) -> None:
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            beside = begun.with_suffix(".partial")
-            beside.write_text(json.dumps(self._begun), "utf-8")
-            os.replace(beside, begun)
-        except OSError as error:
-            raise TerrainError(f"{self.job.path}: cannot write: {error.strerror or error}") from None
 
     def _read(self) -> None:
         """The finished tasks; an incomplete line does not count."""

@@ -32,8 +32,7 @@ class Terrain:
     least_top
         The level of the one node over the whole map is at least this.
     filled
-        The heights with voids filled, (rows, cols); None to fill them here. For a part of a map, give the part of the
-        whole map's filled heights.
+        The heights with voids filled, (rows, cols), as for a part of a filled map; None to fill them here.
 
     Attributes
     ----------
@@ -43,8 +42,6 @@ class Terrain:
         Width of the quantisation range. Tables store heights and errors as fractions of this width.
     levels
         Sizes of the quadtree's levels.
-    edits
-        The number of edits that have changed the map.
     """
 
     streams = False  # whether parts of the map may be missing on the GPU
@@ -59,7 +56,7 @@ class Terrain:
     ) -> None:
         self.ctx = ctx
         self.heightmap = heightmap
-        self.edits = 0
+        self.edits = 0  # the number of edits that have changed the map
         self._own = False  # whether `heightmap` is our own copy, which we may change
         same = like is not None and like.heightmap.heights is heightmap.heights
         self._filling: Filling | None = like._filling if like and same else None
