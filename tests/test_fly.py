@@ -449,6 +449,12 @@ def test_results_come_in_order_and_few_are_begun_ahead(workers):
     assert taken == 20 and begun.count(4) == scheduling.TRIES and begun.count(5) == 1
 
 
+def test_workers_may_leave():
+    workers = iter([3, 1, *[1] * 20])
+    results = scheduling._in_order(range(9), lambda task: Promised(task, 0), lambda: next(workers), OSError)
+    assert list(results) == [10 * task for task in range(9)]
+
+
 def test_a_task_that_ends_every_worker_ends_the_flight():
     with pytest.raises(TerrainError, match="again to go on"):
         list(scheduling._in_order(range(3), lambda task: Promised(task, 1), lambda: 2, ChildProcessError))

@@ -121,8 +121,8 @@ def _in_order(
     begun = deque[Begun]()
     try:
         while True:
-            room = AHEAD * max(1, count_workers()) - len(begun)
-            begun.extend(Begun(task, begin(task)) for task in islice(waiting, max(room, 1 - len(begun))))
+            room = max(0, AHEAD * max(1, count_workers()) - len(begun))  # 0 if workers have left
+            begun.extend(Begun(task, begin(task)) for task in islice(waiting, room))
             if not begun:
                 return
             result = _first_result(begun, begin, died)
