@@ -88,6 +88,8 @@ def texts(url, outside):
         "inline.vrt": vrt(wms.replace("<", "&lt;")),
         "nested.vrt": vrt("curl.vrt", inside),
         "wms.vrt": vrt("wms.tif", inside),
+        "a.tif?if=WMS": wms,
+        "options in a name.vrt": vrt("a.tif?if=WMS", inside),
         "options.vrt": vrt("good.tif", inside, more='<OpenOptions><OOI key="A">B</OOI></OpenOptions>'),
         "raw.vrt": raw("/etc/passwd"),
         "raw beside.vrt": raw("good.tif"),

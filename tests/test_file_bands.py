@@ -118,7 +118,9 @@ def test_every_way_to_say_that_there_is_no_data(tmp_path, way):
     check(Heightmap.open(tmp_path / way, **(options[0] if options else {})).heights, way)
 
 
-@pytest.mark.parametrize("way", ["mask-inside.tif", "mask-beside.tif", "south-up-mask.tif", "alpha.tif", "mask.png"])
+@pytest.mark.parametrize(
+    "way", ["mask-inside.tif", "mask-beside.tif", "south-up-mask.tif", "alpha.tif", "mask.png", "mask-band.vrt"]
+)
 def test_masks_are_read_by_windows_samples_and_datasets_too(tmp_path, way):
     WAYS[way][0](tmp_path / way)
     windows = open_windows([tmp_path / way])

@@ -2,9 +2,9 @@
 
 The first bytes of a file decide its kind, not its name. Only .hgt, .raw, .r16 and .r32 files, which have no header,
 are recognised by their names. OpenImageIO reads PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI and, without rasterio, TIFF.
-numpy reads .npy and files without a header. rasterio (GDAL) reads TIFF with its tags and other local rasters. Mosaics
-(.vrt) are assembled from such files. Unless the user trusts a file (`How.trusted`), opening it reads the file, its
-headers beside it and, for a mosaic, its sources beside or below it; nothing else.
+numpy reads .npy and files without a header. rasterio (GDAL) reads TIFF with its tags, other local rasters, and mosaics
+of them (.vrt). Unless the user trusts a file (`How.trusted`), opening it reads the file, its headers beside it and, for
+a mosaic, its sources beside or below it; nothing else.
 """
 
 import os
@@ -19,13 +19,12 @@ from terrain_gl.readers.arrays import RAW_ENDINGS, SRTM_VOID, open_hgt, open_npy
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
 from terrain_gl.readers.raster import Band, Raster, Spacing, has_rasterio, one_band
-from terrain_gl.readers.vrt import open_vrt, sources_of
+from terrain_gl.readers.vrt import VRT, sources_of
 
 __all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "has_windows", "open_raster"]
 
 _ZIP = b"PK\x03\x04"
 _GZIP = b"\x1f\x8b"
-_VRT = b"<VRTDataset"
 _PNG = b"\x89PNG\r\n\x1a\n"
 _IMAGE = (_PNG, b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
 _OTHERS = re.compile(rb"RIFF....WEBP|\xff\x0a|\0\0\0\x0cJXL |\x01\xda[\0\x01][\x01\x02]", re.DOTALL)  # also SGI
@@ -72,7 +71,7 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
 
 
 def has_windows(path: str | os.PathLike[str], how: How = How()) -> bool:  # noqa: B008  immutable
-    """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files, untrusted mosaics."""
+    """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files."""
     path = os.fspath(path)
     head = _first_bytes(path)
     is_packed = head.startswith((_ZIP, _GZIP))
@@ -95,7 +94,7 @@ def files_of(path: str | os.PathLike[str]) -> list[str]:
     """The real paths of all named files that opening a map reads: the file itself, or the sources of a mosaic."""
     path = os.fspath(path)
     try:
-        is_vrt = _first_bytes(path).lstrip().startswith(_VRT)
+        is_vrt = _first_bytes(path).lstrip().startswith(VRT)
         return [os.path.realpath(path), *(sources_of(path, path) if is_vrt else ())]
     except TerrainError:  # opening the map reports the reason
         return [os.path.realpath(path)]
@@ -125,8 +124,6 @@ def _opened(path: str, name: str, head: bytes, how: How) -> Raster:
         return open_hgt(path, name)
     if head.startswith(b"\x93NUMPY"):
         return open_npy(path, name)
-    if head.lstrip().startswith(_VRT) and not how.trusted:
-        return open_vrt(path, name)
     if not _opens_with_gdal(path, head, how):
         return open_oiio(path, name)
     return open_gdal(path, name, how.trusted, how.band)
@@ -142,7 +139,7 @@ def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
         head.startswith(_IMAGE) or bool(_PNM.match(head) or _OTHERS.match(head)) or (is_tiff and not has_rasterio())
     )
     is_image = is_image and not (head.startswith(_PNG) and has_rasterio() and _has_headers_of_gdal(path))
-    return not is_image and (how.trusted or not head.lstrip().startswith(_VRT))
+    return not is_image
 
 
 def _has_headers_of_gdal(path: str) -> bool:

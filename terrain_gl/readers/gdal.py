@@ -11,7 +11,7 @@ import os
 import re
 import stat
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
@@ -39,6 +39,7 @@ from terrain_gl.readers.raster import (
     rows_at_once,
     utf8,
 )
+from terrain_gl.readers.vrt import VRT, safe_mosaic
 
 DRIVERS = (
     *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG", "GIF", "JP2OpenJPEG", "TGA", "HF2", "SIGDEM"),
@@ -165,18 +166,18 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
         The file has several layers, and `band` names none of them; the message lists them. Also the errors of
         `open_local`.
     """
-    opener = open_trusted if trusted else open_local
-    data = opener(path, name)
+    data = _dataset(utf8(path, name)) if trusted else open_local(path, name)
     if data.count:
         return data, band
     layers = _layers(data)
     data.close()
     if not trusted:  # a name with other characters could be read as the name of another file
         layers = {layer: text for layer, text in layers.items() if re.fullmatch(r"[\w/.+-]+", layer)}
+    drivers = None if trusted else DRIVERS
     if band in layers:
-        return _open_part(layers[str(band)], trusted), None
+        return _dataset(layers[str(band)], drivers), None
     if len(layers) == 1:
-        return _open_part(next(iter(layers.values())), trusted), band
+        return _dataset(next(iter(layers.values())), drivers), band
     if not layers:
         raise TerrainError(f"{name}: holds no raster: extract one with gdal_translate")
     shown = ", ".join([*list(layers)[:MOST_LISTED], *(["…"] if len(layers) > MOST_LISTED else [])])
@@ -191,15 +192,6 @@ def _layers(data: Any) -> dict[str, str]:
     return {name: text for name, text in layers.items() if name not in thin} or layers
 
 
-def _open_part(text: str, trusted: bool) -> Any:
-    """Open a layer by GDAL's name for it."""
-    import rasterio
-
-    with _environment(trusted), warnings.catch_warnings():
-        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
-        return rasterio.io.DatasetReader(text, **({} if trusted else {"driver": list(DRIVERS)}), sharing=False)
-
-
 def open_local(path: str, name: str) -> Any:
     """Open a regular file with the allowed drivers, as a rasterio dataset.
 
@@ -211,23 +203,23 @@ def open_local(path: str, name: str) -> Any:
     rasterio.errors.RasterioError
         No allowed driver reads it.
     """
+    with open(path, "rb") as file:
+        is_mosaic = file.read(64).lstrip().startswith(VRT)
+    text, sources = safe_mosaic(path, name, DRIVERS) if is_mosaic else (utf8(path, name), [path])
+    _check_companions([path, *sources], name)
+    for source in sources:
+        _check_own_data(source, name)
+    return _dataset(text, ("VRT",) if is_mosaic else DRIVERS)
+
+
+def _dataset(text: str, drivers: Sequence[str] | None = None) -> Any:
+    """Open a dataset by GDAL's name for it; with `drivers`, only these may open it, without the network."""
     import rasterio
 
-    _check_companions(path, name)
-    _check_own_data(path, name)
-    with closed_environment(), warnings.catch_warnings():
+    with _environment(trusted=drivers is None), warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
         # rasterio.open takes one driver; the class that it makes takes a list
-        return rasterio.io.DatasetReader(utf8(path, name), driver=list(DRIVERS), sharing=False)
-
-
-def open_trusted(path: str, name: str) -> Any:
-    """Open any file that GDAL can open."""
-    import rasterio
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
-        return rasterio.open(utf8(path, name))
+        return rasterio.io.DatasetReader(text, driver=drivers and list(drivers), sharing=False)
 
 
 def _environment(trusted: bool) -> AbstractContextManager[Any]:
@@ -246,17 +238,22 @@ def closed_environment() -> Iterator[None]:
         yield
 
 
-def _check_companions(path: str, name: str) -> None:
-    """Refuse headers beside a map that are pipes or devices, or that link to another folder."""
-    folder, file = os.path.split(os.path.realpath(path))
-    stem = os.path.splitext(file)[0].lower()
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.name.lower().startswith(stem + ".") and not _is_companion(entry, folder):
-                beside = os.fsencode(entry.name).decode("utf-8", "replace")
-                raise TerrainError(
-                    f"{name}: {beside} beside it is a pipe, a device or a link to another folder: move it away"
-                )
+def _check_companions(files: Iterable[str], name: str) -> None:
+    """Refuse headers beside the files of a map that are pipes or devices, or that link to another folder."""
+    stems: dict[str, set[str]] = {}
+    for path in files:
+        folder, file = os.path.split(os.path.realpath(path))
+        stems.setdefault(folder, set()).add(os.path.splitext(file)[0].lower())
+    for folder in stems:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                words = entry.name.lower().split(".")
+                starts = {".".join(words[:n]) for n in range(1, len(words))}
+                if starts & stems[folder] and not _is_companion(entry, folder):
+                    beside = os.fsencode(entry.name).decode("utf-8", "replace")
+                    raise TerrainError(
+                        f"{name}: {beside} beside it is a pipe, a device or a link to another folder: move it away"
+                    )
 
 
 def _check_own_data(path: str, name: str) -> None:
