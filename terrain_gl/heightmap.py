@@ -9,6 +9,7 @@ import math
 import os
 from collections.abc import Callable
 from copy import copy
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -19,14 +20,13 @@ from terrain_gl.basics.boxes import over_blocks
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.basics.limits import check_size
 from terrain_gl.basics.rect import span_of
-from terrain_gl.readers import How, Raster, Spacing, open_raster
-from terrain_gl.readers.arrays import ORDERS
+from terrain_gl.readers import Raster, Reading, Spacing, open_raster
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
 from terrain_gl.readers.plausible import guess, not_of_the_earth, sample_of
 from terrain_gl.readers.undeclared import undeclared_voids, without
-from terrain_gl.readers.values import ENCODINGS, read_heights
+from terrain_gl.readers.values import AS_STORED, read_heights
 
 MIN_SPACING_M = 1e-6
 MAX_SPACING_M = 1e6
@@ -161,12 +161,9 @@ class Heightmap:
         UsageError
             An option is outside its range.
         """
-        _check_options(z_scale, z_offset_m, encoding, band, byte_order)
-        raster = open_raster(path, How(trusted, band, raw, byte_order))
-        heightmap = cls._of_raster(raster, spacing_m, z_scale, z_offset_m, nodata, encoding, progress)
-        told: dict[str, Any] = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
-        told |= {"encoding": encoding, "trusted": trusted, "band": band, "raw": raw, "byte_order": byte_order}
-        heightmap.opened = {"path": os.fspath(path)} | told
+        reading = Reading(trusted, band, raw, byte_order, z_scale, z_offset_m, nodata, encoding)
+        heightmap = cls._of_raster(open_raster(path, reading), reading, spacing_m, progress)
+        heightmap.opened = {"path": os.fspath(path), "spacing_m": spacing_m} | asdict(reading)
         return heightmap
 
     @classmethod
@@ -194,8 +191,8 @@ class Heightmap:
         name = name or str(getattr(source, "name", None) or type(source).__name__)
         raster = raster_of(source, name)
         if raster is not None:
-            return cls._of_raster(raster, spacing_m, None, None, None, "plain", None)
-        heightmap = cls(source, _first_known(spacing_m, 1.0), name)
+            return cls._of_raster(raster, AS_STORED, spacing_m)
+        heightmap = cls(source, 1.0 if spacing_m is None else spacing_m, name)
         heightmap.assumes_spacing = spacing_m is None
         return heightmap
 
@@ -203,37 +200,33 @@ class Heightmap:
     def _of_raster(
         cls,
         raster: Raster,
+        reading: Reading,
         spacing_m: float | Spacing | None,
-        z_scale: float | None,
-        z_offset_m: float | None,
-        nodata: float | None,
-        encoding: str,
-        progress: Callable[[float], None] | None,
+        progress: Callable[[float], None] | None = None,
     ) -> Heightmap:
-        """Read all posts of a raster; for the arguments see `open`."""
+        """Read all posts of a raster."""
         rows, cols, _ = raster.shape
         check_size(rows, cols, raster.name)
-        spacing = _spacing(_first_known(spacing_m, raster.spacing_m, 1.0))
-        scales = _first_known(z_scale, raster.scale), _first_known(z_offset_m, raster.offset_m)
-        heights = read_heights(raster, scales, nodata, encoding, progress)
+        known_m = spacing_m if spacing_m is not None else raster.spacing_m
+        spacing = _spacing(1.0 if known_m is None else known_m)
+        scales = reading.scales(raster)
+        heights = read_heights(raster, reading, progress)
         notes = tuple(note for note in raster.notes if spacing_m is None or "--spacing" not in note)
-        if nodata is None:
+        if reading.nodata is None:
             marks, words = undeclared_voids(heights, scales)
             heights = without(heights, marks)
             notes = notes + words
-        is_told = z_scale is not None or z_offset_m is not None
-        if not is_told and encoding == "plain":
-            known_m = None if spacing_m is None and raster.spacing_m is None else spacing
+        if reading.may_guess:
             whole = partial(sample_of, lambda rows, cols: heights[rows, cols], heights.shape, rows)
-            guessed = guess(raster, whole, known_m)
+            guessed = guess(raster, whole, None if known_m is None else spacing)
             spacing = guessed.spacing_m
             if guessed.scale != 1:  # the product is rounded to float32 once
                 np.multiply(heights, guessed.scale, out=heights, dtype=np.float64, casting="same_kind")
             scales = (scales[0] * guessed.scale, scales[1])
             notes = notes + guessed.notes
         heightmap = cls(heights, spacing, raster.name)
-        heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
-        heightmap.of_earth = heightmap.of_earth or is_told or raster.georeference is not None
+        heightmap.assumes_spacing = known_m is None
+        heightmap.of_earth = heightmap.of_earth or reading.is_told or raster.georeference is not None
         if not heightmap.of_earth:
             notes = notes + not_of_the_earth(heightmap.range_m)
         heightmap.scales = scales
@@ -372,21 +365,6 @@ class Heightmap:
 # --- Checks -----------------------------------------------------------------------------------------------------------
 
 
-def _check_options(
-    z_scale: float | None, z_offset_m: float | None, encoding: str, band: int | str | None, byte_order: str | None
-) -> None:
-    if z_scale is not None and (not math.isfinite(z_scale) or z_scale == 0):
-        raise UsageError(f"z-scale must be a finite number other than 0, got {z_scale}")
-    if z_offset_m is not None and not math.isfinite(z_offset_m):
-        raise UsageError(f"z-offset must be a finite number of metres, got {z_offset_m}")
-    if encoding not in ENCODINGS:
-        raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {encoding!r}")
-    if isinstance(band, int) and band < 1:
-        raise UsageError(f"bands are counted from 1, got {band}")
-    if byte_order is not None and byte_order not in ORDERS:
-        raise UsageError(f"byte order must be one of {', '.join(ORDERS)}, got {byte_order!r}")
-
-
 def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
     """Real numbers of any type as an array of any shape; masked values become NaN.
 
@@ -459,7 +437,3 @@ def _spacing(spacing_m: float | Spacing) -> Spacing:
             f"got {spacing_m}"
         )
     return east, north
-
-
-def _first_known(*choices: Any) -> Any:
-    return next(choice for choice in choices if choice is not None)

@@ -11,7 +11,7 @@ from maps import rough
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import read_image
-from terrain_gl.readers.windows import Reading
+from terrain_gl.readers import Reading
 
 pytest.importorskip("zarr")
 from terrain_gl.store import cache

@@ -8,8 +8,8 @@ from test_kinds import COLS, METRES, ROWS, image, raster, terrarium
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.files.huge import sample
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.readers import How
-from terrain_gl.readers.windows import Reading, open_windows
+from terrain_gl.readers import Reading
+from terrain_gl.readers.windows import open_windows
 
 rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
 
@@ -209,7 +209,7 @@ def test_layers_are_listed_and_one_is_asked_for(tmp_path, count):
         np.testing.assert_allclose(terrain.heights, METRES + 5)
         np.testing.assert_allclose(
             terrain.heights[:3],
-            open_windows([tmp_path / "a.tif"], Reading(How(band=band))).read(slice(0, 3), slice(0, COLS)),
+            open_windows([tmp_path / "a.tif"], Reading(band=band)).read(slice(0, 3), slice(0, COLS)),
         )
     for band in (7, "year 1066", "-1"):
         with pytest.raises(TerrainError, match=f"there is no band {band}"):
@@ -250,7 +250,7 @@ def test_layers_of_a_file_are_listed_and_opened_by_name(tmp_path, layered):
         Heightmap.open(path)
     terrain = Heightmap.open(path, band="height")
     np.testing.assert_array_equal(terrain.heights, METRES[::-1])
-    windows = open_windows([path], Reading(How(band="height")))
+    windows = open_windows([path], Reading(band="height"))
     np.testing.assert_array_equal(windows.read(slice(0, 5), slice(0, 7)), METRES[::-1][:5, :7])
 
 

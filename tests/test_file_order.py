@@ -5,8 +5,8 @@ import pytest
 
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.readers import How
-from terrain_gl.readers.windows import Reading, open_windows
+from terrain_gl.readers import Reading
+from terrain_gl.readers.windows import open_windows
 
 Y, X = np.mgrid[0:48, 0:48]
 LANDS = {
@@ -37,7 +37,7 @@ def test_the_order_that_the_user_gives_counts(tmp_path, run, order):
     terrain = Heightmap.open(path, byte_order=order, **SCALES)
     np.testing.assert_array_equal(terrain.heights, wanted)
     assert terrain.notes == () and terrain.opened["byte_order"] == order
-    windows = open_windows([path], Reading(How(byte_order=order), z_scale=1.0, nodata=float("nan")))
+    windows = open_windows([path], Reading(byte_order=order, z_scale=1.0, nodata=float("nan")))
     np.testing.assert_array_equal(windows.read(slice(0, 48), slice(0, 48)), wanted)
     code, out, err = run("info", str(path), "--spacing", "30", "--z-scale", "1", "--byte-order", order)
     assert code == 0 and err == "" and f"{wanted.min()} to {wanted.max()} m" in out

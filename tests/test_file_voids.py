@@ -6,7 +6,8 @@ from test_kinds import COLS, METRES, ROWS, image, raster
 
 from terrain_gl.files.huge import sample
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.readers.windows import Reading, open_windows
+from terrain_gl.readers import Reading
+from terrain_gl.readers.windows import open_windows
 
 rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
 

@@ -20,7 +20,8 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.error import ErrorTables
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.climate import look_of
-from terrain_gl.readers.windows import Reading, open_windows
+from terrain_gl.readers import Reading
+from terrain_gl.readers.windows import open_windows
 from terrain_gl.terrain import Terrain
 
 pytest.importorskip("zarr")

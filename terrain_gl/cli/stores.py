@@ -17,8 +17,7 @@ from ..files.huge import posts_of, sample
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
-from ..readers import How
-from ..readers.windows import Reading
+from ..readers import Reading
 from ..renderer import Renderer
 from ..store import StoredMap, cache
 from . import report, values
@@ -120,8 +119,8 @@ def may_be_held(heightmap: Heightmap) -> bool:
 
 def reading_of(args: argparse.Namespace) -> Reading:
     """How the values of a map's file are converted to metres."""
-    how = How(args.trusted, args.band, args.raw, args.byte_order)
-    return Reading(how, args.z_scale, args.z_offset, args.nodata, args.encoding)
+    file = args.trusted, args.band, args.raw, args.byte_order
+    return Reading(*file, args.z_scale, args.z_offset, args.nodata, args.encoding)
 
 
 def _lacks(args: argparse.Namespace) -> str:

@@ -22,7 +22,7 @@ from ..pages.map import PagedMap
 from ..readers.georeference import Georeference
 from ..readers.place import check_crs
 from ..readers.raster import has_rasterio
-from ..readers.windows import RasterFile, Reading, corner_on
+from ..readers.windows import RasterFile, corner_on
 from .writers import heightmap_file
 
 PATCH = (".npz",)
@@ -155,7 +155,7 @@ def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Edit]
 
 def _of_window(path: str, heightmap: PagedMap) -> Iterator[Edit]:
     """The edits of a GeoTIFF, in bands that are as high as a tile."""
-    file = RasterFile(path, Reading())
+    file = RasterFile(path)
     x, y = corner_on(file, heightmap)
     check_crs(file, heightmap)
     rows, cols = file.shape

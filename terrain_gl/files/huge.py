@@ -6,9 +6,9 @@ import os
 from ..basics.exceptions import TerrainError
 from ..basics.limits import is_too_large, store_command
 from ..heightmap import Heightmap
-from ..readers import open_raster
+from ..readers import Reading, open_raster
 from ..readers.raster import Spacing, both
-from ..readers.windows import RasterFile, Reading
+from ..readers.windows import RasterFile
 
 LONGEST = 1025  # posts along the longer side of a sample
 
@@ -20,7 +20,7 @@ def is_huge(path: str | os.PathLike[str], reading: Reading) -> bool:
 
 def posts_of(path: str | os.PathLike[str], reading: Reading) -> tuple[int, int]:
     """Rows and columns of a file."""
-    raster = open_raster(path, reading.how)
+    raster = open_raster(path, reading)
     raster.blocks.close()
     return raster.shape[:2]
 

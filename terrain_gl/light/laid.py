@@ -131,7 +131,7 @@ def _whole(path: str, name: str, most_side: int) -> np.ndarray:
     if raster.colours != 1:
         raster.blocks.close()
         raise TerrainError(f"{name}: has {raster.colours} channels, but values need one: use --material")
-    values = read_heights(raster, (raster.scale, raster.offset_m))
+    values = read_heights(raster)
     values = without(values, undeclared_voids(values, (1.0, 0.0))[0])[..., None]
     rows, cols, _ = values.shape
     n = -(-max(rows, cols) // most_side)

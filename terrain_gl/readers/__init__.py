@@ -3,25 +3,25 @@
 The first bytes of a file decide its kind, not its name. Only .hgt, .raw, .r16 and .r32 files, which have no header,
 are recognised by their names. OpenImageIO reads PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI and, without rasterio, TIFF.
 numpy reads .npy and files without a header. rasterio (GDAL) reads TIFF with its tags, other local rasters, and mosaics
-of them (.vrt). Unless the user trusts a file (`How.trusted`), opening it reads the file, its headers beside it and, for
-a mosaic, its sources beside or below it; nothing else.
+of them (.vrt). Unless the user trusts a file (`Reading.trusted`), opening it reads the file, its headers beside it and,
+for a mosaic, its sources beside or below it; nothing else.
 """
 
 import os
 import re
 from functools import partial
-from typing import NamedTuple
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.basics.inputs import check_input, is_store
 from terrain_gl.readers.archives import open_gzip, open_zip
-from terrain_gl.readers.arrays import RAW_ENDINGS, SRTM_VOID, open_hgt, open_npy, open_raw
+from terrain_gl.readers.arrays import RAW_ENDINGS, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
-from terrain_gl.readers.raster import Band, Raster, Spacing, has_rasterio, one_band
+from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
+from terrain_gl.readers.values import AS_STORED, Reading
 from terrain_gl.readers.vrt import VRT, sources_of
 
-__all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "has_windows", "open_raster"]
+__all__ = ["Raster", "Reading", "Spacing", "files_of", "has_windows", "open_raster"]
 
 _ZIP = b"PK\x03\x04"
 _GZIP = b"\x1f\x8b"
@@ -31,28 +31,7 @@ _OTHERS = re.compile(rb"RIFF....WEBP|\xff\x0a|\0\0\0\x0cJXL |\x01\xda[\0\x01][\x
 _PNM = re.compile(rb"P[1-6Ff]\s")
 
 
-class How(NamedTuple):
-    """The user's choices for reading a file.
-
-    Attributes
-    ----------
-    trusted : bool
-        Let GDAL follow the file to other files and to the network.
-    band : int or str, optional
-        The band or channel that holds the heights, from 1, or its name.
-    raw : (int, int), optional
-        Columns and rows of a file without a header.
-    byte_order : {"little", "big"}, optional
-        Byte order of the numbers in a file without a header; by default the order that gives smoother land.
-    """
-
-    trusted: bool = False
-    band: Band | None = None
-    raw: tuple[int, int] | None = None
-    byte_order: str | None = None
-
-
-def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # noqa: B008  immutable
+def open_raster(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> Raster:
     """Open a raster file by its kind.
 
     Raises
@@ -64,30 +43,30 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
     name = os.fsencode(path).decode("utf-8", "replace")
     head = _first_bytes(path)
     if head.startswith(_ZIP):
-        return open_zip(path, name, partial(_unpacked, how=how))
+        return open_zip(path, name, partial(_unpacked, reading=reading))
     if head.startswith(_GZIP):
-        return open_gzip(path, name, partial(_unpacked, how=how))
-    return _one_raster(path, name, head, how)
+        return open_gzip(path, name, partial(_unpacked, reading=reading))
+    return _one_raster(path, name, head, reading)
 
 
-def has_windows(path: str | os.PathLike[str], how: How = How()) -> bool:  # noqa: B008  immutable
+def has_windows(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> bool:
     """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files."""
     path = os.fspath(path)
     head = _first_bytes(path)
     is_packed = head.startswith((_ZIP, _GZIP))
-    return not is_packed and _opens_with_gdal(path, head, how) and has_rasterio()
+    return not is_packed and _opens_with_gdal(path, head, reading) and has_rasterio()
 
 
-def _unpacked(path: str, how: How) -> Raster:
+def _unpacked(path: str, reading: Reading) -> Raster:
     head = _first_bytes(path)
     if head.startswith((_ZIP, _GZIP)):  # some archives contain themselves
         raise TerrainError(f"{path}: is an archive in an archive: unpack it first")
-    return _one_raster(path, path, head, how)
+    return _one_raster(path, path, head, reading)
 
 
-def _one_raster(path: str, name: str, head: bytes, how: How) -> Raster:
-    raster = _opened(path, name, head, how)
-    return raster if how.band is None or raster.bands_chosen else one_band(raster, how.band)
+def _one_raster(path: str, name: str, head: bytes, reading: Reading) -> Raster:
+    raster = _opened(path, name, head, reading)
+    return raster if reading.band is None or raster.bands_chosen else one_band(raster, reading.band)
 
 
 def files_of(path: str | os.PathLike[str]) -> list[str]:
@@ -116,23 +95,23 @@ def _first_bytes(path: str) -> bytes:
     return head
 
 
-def _opened(path: str, name: str, head: bytes, how: How) -> Raster:
+def _opened(path: str, name: str, head: bytes, reading: Reading) -> Raster:
     ending = os.path.splitext(path)[1].lower()
-    if how.raw or ending in RAW_ENDINGS:
-        return open_raw(path, name, how.raw, how.byte_order)
+    if reading.raw or ending in RAW_ENDINGS:
+        return open_raw(path, name, reading.raw, reading.byte_order)
     if ending == ".hgt":
         return open_hgt(path, name)
     if head.startswith(b"\x93NUMPY"):
         return open_npy(path, name)
-    if not _opens_with_gdal(path, head, how):
+    if not _opens_with_gdal(path, head, reading):
         return open_oiio(path, name)
-    return open_gdal(path, name, how.trusted, how.band)
+    return open_gdal(path, name, reading.trusted, reading.band)
 
 
-def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
+def _opens_with_gdal(path: str, head: bytes, reading: Reading) -> bool:
     """Whether GDAL is the only reader for this kind of file."""
     ending = os.path.splitext(path)[1].lower()
-    if how.raw or ending in (*RAW_ENDINGS, ".hgt") or head.startswith(b"\x93NUMPY"):
+    if reading.raw or ending in (*RAW_ENDINGS, ".hgt") or head.startswith(b"\x93NUMPY"):
         return False
     is_tiff = head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
     is_image = (

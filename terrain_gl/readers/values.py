@@ -3,65 +3,104 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.readers.arrays import SRTM_VOID
-from terrain_gl.readers.raster import Raster, listed
+from terrain_gl.basics.exceptions import TerrainError, UsageError
+from terrain_gl.readers.arrays import ORDERS, SRTM_VOID
+from terrain_gl.readers.raster import Band, Raster, listed
 
 _LOSSY = 2  # grey levels by which the colours of a grey may differ after lossy compression
+# Heights that are packed as the 24-bit number RRGGBB: metres = number / divisor + offset.
+_PACKED = {"terrarium": (256, -32768), "mapbox": (10, -10000)}  # Mapzen terrain tiles; Mapbox Terrain-RGB
+ENCODINGS = ("plain", *_PACKED)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a file is read; `Heightmap.open` describes its arguments."""
+
+    trusted: bool = False
+    band: Band | None = None
+    raw: tuple[int, int] | None = None
+    byte_order: str | None = None
+    z_scale: float | None = None
+    z_offset_m: float | None = None
+    nodata: float | None = None
+    encoding: str = "plain"
+
+    def __post_init__(self) -> None:
+        if self.z_scale is not None and (not math.isfinite(self.z_scale) or self.z_scale == 0):
+            raise UsageError(f"z-scale must be a finite number other than 0, got {self.z_scale}")
+        if self.z_offset_m is not None and not math.isfinite(self.z_offset_m):
+            raise UsageError(f"z-offset must be a finite number of metres, got {self.z_offset_m}")
+        if self.encoding not in ENCODINGS:
+            raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {self.encoding!r}")
+        if isinstance(self.band, int) and self.band < 1:
+            raise UsageError(f"bands are counted from 1, got {self.band}")
+        if self.byte_order is not None and self.byte_order not in ORDERS:
+            raise UsageError(f"byte order must be one of {', '.join(ORDERS)}, got {self.byte_order!r}")
+
+    @property
+    def is_told(self) -> bool:
+        """Whether the caller has given a scale or an offset of the heights."""
+        return self.z_scale is not None or self.z_offset_m is not None
+
+    @property
+    def may_guess(self) -> bool:
+        """Whether scale and spacing may be guessed if the file has none."""
+        return not self.is_told and self.encoding == "plain"
+
+    def scales(self, raster: Raster) -> tuple[float, float]:
+        """Metres per unit of a raster's values, and the height of value 0."""
+        return (
+            raster.scale if self.z_scale is None else self.z_scale,
+            raster.offset_m if self.z_offset_m is None else self.z_offset_m,
+        )
+
+
+AS_STORED = Reading()
 
 
 def read_heights(
-    raster: Raster,
-    scales: tuple[float, float],
-    nodata: float | None = None,
-    encoding: str = "plain",
-    progress: Callable[[float], None] | None = None,
+    raster: Raster, reading: Reading = AS_STORED, progress: Callable[[float], None] | None = None
 ) -> np.ndarray:
-    """Read all blocks of a raster: (rows, cols) float32 metres, NaN where void.
-
-    Parameters
-    ----------
-    scales : (float, float)
-        A height is value · scale + offset, in metres.
-    nodata : float, optional
-        A value that marks voids, in addition to the raster's own. 16-bit signed rasters without a value of their own
-        use −32768; NaN says that they have none.
-    encoding : str
-        One of `ENCODINGS`.
-    progress : function, optional
-        Called with the progress, 0 to 1.
-    """
+    """Read all blocks of a raster: (rows, cols) float32 metres, NaN where void; `progress` gets 0 to 1."""
     heights = np.empty(raster.shape[:2], np.float32)
     done = 0
     with contextlib.closing(raster.blocks) as blocks:
         for where, pixels in blocks:
-            heights[where] = heights_of(pixels, raster, scales, nodata, encoding)
+            heights[where] = heights_of(pixels, raster, reading)
             done += heights[where].size
             if progress:
                 progress(done / heights.size)
     return heights
 
 
-def heights_of(
-    pixels: np.ndarray,
-    raster: Raster,
-    scales: tuple[float, float],
-    nodata: float | None = None,
-    encoding: str = "plain",
-) -> np.ndarray:
-    """Metres of a block of pixels, (rows, cols, channels), NaN where void; arguments as for `read_heights`."""
-    heights = _metres(ENCODINGS[encoding](pixels, raster), _void_marks(raster, nodata), *scales)
+def heights_of(pixels: np.ndarray, raster: Raster, reading: Reading = AS_STORED) -> np.ndarray:
+    """Metres of a block of pixels, (rows, cols, channels), NaN where void."""
+    packed = reading.encoding in _PACKED
+    values = _unpacked(pixels, raster, *_PACKED[reading.encoding]) if packed else _grey(pixels, raster)
+    z_scale, z_offset_m = reading.scales(raster)
+    with np.errstate(all="ignore"):  # rounded to float32 once, which keeps centimetres at 8848 m
+        heights = (values * z_scale + z_offset_m).astype(np.float32)
+    void = ~np.isfinite(heights)
+    for mark in _void_marks(raster, reading.nodata):
+        void |= values == mark
     if raster.has_alpha:
-        heights[pixels[..., -1] == 0] = np.nan
+        void |= pixels[..., -1] == 0
+    heights[void] = np.nan
     return heights
 
 
 def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
-    """The stored values that mean "no data", rounded to the type of the pixels."""
+    """The stored values that mean "no data", rounded to the type of the pixels.
+
+    16-bit signed rasters without a value of their own use −32768, unless `nodata` is NaN.
+    """
     own = raster.nodata
     refused = nodata is not None and np.isnan(nodata)
     if own is None and not refused and raster.dtype.newbyteorder("=") == np.int16:
@@ -71,18 +110,7 @@ def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
         return [float(raster.dtype.type(mark)) if raster.dtype.kind == "f" else mark for mark in marks]
 
 
-def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: float) -> np.ndarray:
-    """Scale in float64 and round to float32 once, which keeps centimetres at 8848 m."""
-    with np.errstate(all="ignore"):
-        heights = (values * z_scale + z_offset_m).astype(np.float32)
-    void = ~np.isfinite(heights)
-    for mark in marks:
-        void |= values == mark
-    heights[void] = np.nan
-    return heights
-
-
-def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+def _grey(pixels: np.ndarray, raster: Raster) -> np.ndarray:
     """One channel of values. Several channels count as one if they are equal: grey that is stored as colour.
 
     Lossy compression of colours leaves bytes that differ by one or two.
@@ -104,24 +132,11 @@ def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
     return pixels[..., 0].astype(np.float64)
 
 
-def _packed(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """Red, green, blue as one 24-bit integer."""
+def _unpacked(pixels: np.ndarray, raster: Raster, divisor: float, offset: float) -> np.ndarray:
+    """Heights from the channels red, green and blue."""
     if raster.colours != 3 or raster.dtype != np.uint8:
         raise TerrainError(
             f"{raster.name}: has {raster.colours} channels of {raster.dtype}: the encodings terrarium and mapbox are "
             "8-bit RGB, drop --encoding"
         )
-    return pixels[..., :3].astype(np.float64) @ [65536.0, 256.0, 1.0]
-
-
-def _terrarium(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """Metres = 256 R + G + B/256 − 32768 (Mapzen terrain tiles)."""
-    return _packed(pixels, raster) / 256 - 32768
-
-
-def _mapbox(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """Metres = (65536 R + 256 G + B) / 10 − 10000 (Mapbox Terrain-RGB)."""
-    return _packed(pixels, raster) / 10 - 10000
-
-
-ENCODINGS = {"plain": _plain, "terrarium": _terrarium, "mapbox": _mapbox}
+    return pixels[..., :3].astype(np.float64) @ [65536.0, 256.0, 1.0] / divisor + offset

@@ -8,14 +8,14 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
-from terrain_gl.readers import How, has_windows, open_raster
+from terrain_gl.readers import Reading, has_windows, open_raster
 from terrain_gl.readers.bands import bands_of
 from terrain_gl.readers.gdal import closed_environment, open_layer, place_of
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed
@@ -24,7 +24,7 @@ from terrain_gl.readers.place import Place, check_crs
 from terrain_gl.readers.plausible import guess, sample_of
 from terrain_gl.readers.raster import Blocks, Raster, Spacing, both, damaged, gdal_failures, one_line, utf8
 from terrain_gl.readers.undeclared import undeclared_voids, without
-from terrain_gl.readers.values import heights_of
+from terrain_gl.readers.values import AS_STORED, heights_of
 
 _ALL = slice(None)
 _SAMPLES = 1024  # posts a side where marks of voids are looked for
@@ -71,41 +71,8 @@ class WindowedRaster(Protocol):
         """The heights of a window that lies on the map."""
 
 
-@dataclass(frozen=True)
-class Reading:
-    """How values of a file are converted to metres; arguments of `Heightmap.open`."""
-
-    how: How = field(default_factory=How)
-    z_scale: float | None = None
-    z_offset_m: float | None = None
-    nodata: float | None = None
-    encoding: str = "plain"
-
-    def scales(self, raster: Raster) -> tuple[float, float]:
-        """Metres per unit of a raster's values, and the height of value 0."""
-        return (
-            raster.scale if self.z_scale is None else self.z_scale,
-            raster.offset_m if self.z_offset_m is None else self.z_offset_m,
-        )
-
-    @property
-    def is_told(self) -> bool:
-        """Whether the caller has given a scale or an offset of the heights."""
-        return self.z_scale is not None or self.z_offset_m is not None
-
-    @property
-    def told(self) -> dict[str, str]:
-        """The fields that differ from their defaults, as text."""
-        given, usual = asdict(self), asdict(Reading())
-        return {name: repr(value) for name, value in given.items() if value != usual[name]}
-
-    def heights(self, pixels: np.ndarray, raster: Raster) -> np.ndarray:
-        """Pixels (rows, cols, channels) as metres."""
-        return heights_of(pixels, raster, self.scales(raster), self.nodata, self.encoding)
-
-
 def open_windows(
-    paths: Sequence[str | os.PathLike[str]], reading: Reading | None = None, spacing_m: float | Spacing | None = None
+    paths: Sequence[str | os.PathLike[str]], reading: Reading = AS_STORED, spacing_m: float | Spacing | None = None
 ) -> WindowedRaster:
     """Open a file, or several files as one mosaic. Missing scale and spacing are guessed, as by `Heightmap.open`.
 
@@ -119,7 +86,7 @@ def open_windows(
     TerrainError
         A file cannot be read, or is not on the grid of the first file.
     """
-    files = [RasterFile(os.fspath(path), reading or Reading()) for path in paths]
+    files = [RasterFile(os.fspath(path), reading) for path in paths]
     marks = {mark for file in files for mark in file.find_voids()}
     for file in files:
         file.voids_m = tuple(sorted(marks))
@@ -182,7 +149,7 @@ class Sliced:
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
         values = np.ma.filled(np.ma.asanyarray(np.asanyarray(self._source[rows, cols]), np.float64), np.nan)
-        return heights_of(values[..., None], self._raster, (self._raster.scale, self._raster.offset_m))
+        return heights_of(values[..., None], self._raster)
 
 
 class RasterFile:
@@ -191,11 +158,11 @@ class RasterFile:
     Each thread, and each process that this object is sent to, opens the file for itself.
     """
 
-    def __init__(self, path: str, reading: Reading) -> None:
+    def __init__(self, path: str, reading: Reading = AS_STORED) -> None:
         self.path = path
         self.reading = reading
         self.name = os.fsencode(path).decode("utf-8", "replace")
-        raster = open_raster(path, reading.how)
+        raster = open_raster(path, reading)
         raster.blocks.close()
         self.shape = raster.shape[:2]
         self.spacing_m = raster.spacing_m
@@ -203,10 +170,10 @@ class RasterFile:
         self.notes = raster.notes
         self.assumes_spacing = raster.spacing_m is None
         self.is_told = reading.is_told
-        self._told = reading.told
+        self._told = repr(reading)
         self.voids_m: tuple[float, ...] = ()
         self._raster = raster
-        self._by_window = has_windows(path, reading.how)
+        self._by_window = has_windows(path, reading)
         self._open = threading.local()
 
     @property
@@ -217,7 +184,7 @@ class RasterFile:
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
-        return without(self.reading.heights(self._pixels(rows, cols), self._raster), self.voids_m)
+        return without(heights_of(self._pixels(rows, cols), self._raster, self.reading), self.voids_m)
 
     def find_voids(self) -> tuple[float, ...]:
         """Find heights that mark voids although the file does not say so, and add notes on them.
@@ -234,7 +201,7 @@ class RasterFile:
 
     def guess(self, spacing_m: float | Spacing | None = None) -> None:
         """Guess a scale if the values cannot be metres, and a spacing if none is known; add notes on both."""
-        if self.reading.is_told or self.reading.encoding != "plain":
+        if not self.reading.may_guess:
             return
         known_m = self.spacing_m if spacing_m is None else both(spacing_m)
         found = guess(self._raster, partial(sample_of, self.read, self.shape, self._strip), known_m)
@@ -260,7 +227,7 @@ class RasterFile:
         """The heights at (rows, cols) posts spread over the whole map; None if GDAL does not read this file."""
         if not self._by_window:
             return None
-        return without(self.reading.heights(self._pixels(out=size), self._raster), self.voids_m)
+        return without(heights_of(self._pixels(out=size), self._raster, self.reading), self.voids_m)
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything except open files and generators, which cannot be sent to another process."""
@@ -291,13 +258,13 @@ class RasterFile:
     def _layer(self) -> Any:
         """The dataset, and the band of it that is read."""
         if not hasattr(self._open, "layer"):
-            how = self.reading.how
-            self._open.layer = open_layer(utf8(self.path, self.name), self.name, how.trusted, how.band)
+            path = utf8(self.path, self.name)
+            self._open.layer = open_layer(path, self.name, self.reading.trusted, self.reading.band)
         return self._open.layer
 
     def _whole(self) -> np.ndarray:
         if not hasattr(self._open, "pixels"):
-            raster = open_raster(self.path, self.reading.how)
+            raster = open_raster(self.path, self.reading)
             self._open.pixels = np.empty(raster.shape, raster.dtype)
             for where, block in raster.blocks:
                 self._open.pixels[where] = block

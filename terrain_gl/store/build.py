@@ -17,9 +17,11 @@ import numpy as np
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.inputs import is_store
 from ..basics.version import __version__
+from ..readers import Reading
 from ..readers.plausible import not_of_the_earth
 from ..readers.raster import Spacing, both
-from ..readers.windows import Reading, WindowedRaster, open_windows, windows_of
+from ..readers.values import AS_STORED
+from ..readers.windows import WindowedRaster, open_windows, windows_of
 from . import water
 from .format import VERSION, Arrays, read_about, zarr_library
 from .job import WORK, BuildJob, Task
@@ -35,7 +37,7 @@ def build(
     source: Any,
     output: str | os.PathLike[str],
     spacing_m: float | Spacing | None = None,
-    reading: Reading | None = None,
+    reading: Reading = AS_STORED,
     fill_m: float | None = None,
     workers: int = 1,
     address: str | None = None,
@@ -57,7 +59,7 @@ def build(
     spacing_m
         Metres between posts; by default the spacing in the source, else 1.
     reading
-        How values of files are converted to metres.
+        How files are read.
     fill_m
         A height for all void posts, which then are land. Without it they stay voids, and the store marks them.
     workers, address
@@ -100,7 +102,7 @@ def build(
         return _run(job, journal, runner, progress)
 
 
-def _opened(source: Any, reading: Reading | None, spacing_m: float | Spacing | None) -> WindowedRaster:
+def _opened(source: Any, reading: Reading, spacing_m: float | Spacing | None) -> WindowedRaster:
     if isinstance(source, str | os.PathLike):
         return open_windows([source], reading, spacing_m)
     if isinstance(source, Sequence) and source and isinstance(source[0], str | os.PathLike):

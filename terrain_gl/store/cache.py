@@ -22,9 +22,8 @@ from typing import Any, NamedTuple
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from ..basics.version import __version__
-from ..readers import files_of
+from ..readers import Reading, files_of
 from ..readers.raster import Spacing
-from ..readers.windows import Reading
 from .build import build
 from .format import VERSION, zarr_library
 from .opened import StoredMap
@@ -56,7 +55,7 @@ def folder() -> Path:
 def key_of(path: str, reading: Reading, spacing_m: float | Spacing | None) -> str:
     """The key of a raster that is read with these options."""
     files = [[name, (status := os.stat(name)).st_size, status.st_mtime_ns] for name in files_of(path)]
-    told = [VERSION, __version__, files, reading.told, repr(spacing_m)]
+    told = [VERSION, __version__, files, repr((reading, spacing_m))]
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 

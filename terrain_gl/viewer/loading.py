@@ -21,8 +21,7 @@ from ..files.huge import is_huge, posts_of, sample
 from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
-from ..readers import has_windows
-from ..readers.windows import Reading
+from ..readers import Reading, has_windows
 from ..renderer import Renderer
 from ..renderer.overlay import Overlay
 from ..shade.picture import SUN

@@ -20,7 +20,7 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.pages.edited_map import EditedMap
-from terrain_gl.readers.windows import Reading
+from terrain_gl.readers import Reading
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer import map_section, painter, tile_map
