@@ -197,7 +197,7 @@ class GeoTiff:
             with closed_environment():
                 yield
         except gdal_failures() as error:
-            raise TerrainError(f"{self.path}: cannot write: {one_line(error.__cause__ or error)}") from None
+            raise TerrainError(f"{self.path}: cannot write: {one_line(error)}") from None
 
 
 def _steps(heights: np.ndarray, opening: dict[str, Any]) -> np.ndarray:

@@ -241,7 +241,7 @@ def _resampled(
             assert sums is not None
             return mean_of(sums, rows, cols, n, "f4")
     except gdal_failures() as error:
-        raise TerrainError(f"{name}: cannot be resampled to the map ({one_line(error.__cause__ or error)})") from None
+        raise TerrainError(f"{name}: cannot be resampled to the map ({one_line(error)})") from None
 
 
 def _share(opacity: np.ndarray) -> np.ndarray:

@@ -26,9 +26,12 @@ __all__ = ["Raster", "Reading", "Spacing", "files_of", "has_windows", "open_rast
 _ZIP = b"PK\x03\x04"
 _GZIP = b"\x1f\x8b"
 _PNG = b"\x89PNG\r\n\x1a\n"
-_IMAGE = (_PNG, b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
-_OTHERS = re.compile(rb"RIFF....WEBP|\xff\x0a|\0\0\0\x0cJXL |\x01\xda[\0\x01][\x01\x02]", re.DOTALL)  # also SGI
-_PNM = re.compile(rb"P[1-6Ff]\s")
+_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+_IMAGE = re.compile(  # PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI
+    rb"\x89PNG\r\n\x1a\n|v/1\x01|#\?RADIANCE|#\?RGBE|P[1-6Ff]\s|RIFF....WEBP"
+    rb"|\xff\x0a|\0\0\0\x0cJXL |\x01\xda[\0\x01][\x01\x02]",
+    re.DOTALL,
+)
 
 
 def open_raster(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> Raster:
@@ -46,35 +49,29 @@ def open_raster(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> R
         return open_zip(path, name, partial(_unpacked, reading=reading))
     if head.startswith(_GZIP):
         return open_gzip(path, name, partial(_unpacked, reading=reading))
-    return _one_raster(path, name, head, reading)
+    return _opened(path, name, head, reading)
 
 
 def has_windows(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> bool:
     """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files."""
     path = os.fspath(path)
     head = _first_bytes(path)
-    is_packed = head.startswith((_ZIP, _GZIP))
-    return not is_packed and _opens_with_gdal(path, head, reading) and has_rasterio()
+    return has_rasterio() and not head.startswith((_ZIP, _GZIP)) and _kind(path, head, reading) == "gdal"
 
 
 def _unpacked(path: str, reading: Reading) -> Raster:
     head = _first_bytes(path)
     if head.startswith((_ZIP, _GZIP)):  # some archives contain themselves
         raise TerrainError(f"{path}: is an archive in an archive: unpack it first")
-    return _one_raster(path, path, head, reading)
-
-
-def _one_raster(path: str, name: str, head: bytes, reading: Reading) -> Raster:
-    raster = _opened(path, name, head, reading)
-    return raster if reading.band is None or raster.bands_chosen else one_band(raster, reading.band)
+    return _opened(path, path, head, reading)
 
 
 def files_of(path: str | os.PathLike[str]) -> list[str]:
     """The real paths of all named files that opening a map reads: the file itself, or the sources of a mosaic."""
     path = os.fspath(path)
     try:
-        is_vrt = _first_bytes(path).lstrip().startswith(VRT)
-        return [os.path.realpath(path), *(sources_of(path, path) if is_vrt else ())]
+        is_mosaic = _first_bytes(path).lstrip().startswith(VRT)
+        return [os.path.realpath(path), *(sources_of(path, path) if is_mosaic else ())]
     except TerrainError:  # opening the map reports the reason
         return [os.path.realpath(path)]
 
@@ -96,31 +93,31 @@ def _first_bytes(path: str) -> bytes:
 
 
 def _opened(path: str, name: str, head: bytes, reading: Reading) -> Raster:
+    match _kind(path, head, reading):
+        case "raw":
+            raster = open_raw(path, name, reading.raw, reading.byte_order)
+        case "hgt":
+            raster = open_hgt(path, name)
+        case "npy":
+            raster = open_npy(path, name)
+        case "image":
+            raster = open_oiio(path, name)
+        case _:
+            return open_gdal(path, name, reading.trusted, reading.band)
+    return raster if reading.band is None else one_band(raster, reading.band)
+
+
+def _kind(path: str, head: bytes, reading: Reading) -> str:
+    """Which reader a file needs: "raw", "hgt", "npy", "image" or "gdal"."""
     ending = os.path.splitext(path)[1].lower()
     if reading.raw or ending in RAW_ENDINGS:
-        return open_raw(path, name, reading.raw, reading.byte_order)
+        return "raw"
     if ending == ".hgt":
-        return open_hgt(path, name)
+        return "hgt"
     if head.startswith(b"\x93NUMPY"):
-        return open_npy(path, name)
-    if not _opens_with_gdal(path, head, reading):
-        return open_oiio(path, name)
-    return open_gdal(path, name, reading.trusted, reading.band)
-
-
-def _opens_with_gdal(path: str, head: bytes, reading: Reading) -> bool:
-    """Whether GDAL is the only reader for this kind of file."""
-    ending = os.path.splitext(path)[1].lower()
-    if reading.raw or ending in (*RAW_ENDINGS, ".hgt") or head.startswith(b"\x93NUMPY"):
-        return False
-    is_tiff = head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
-    is_image = (
-        head.startswith(_IMAGE) or bool(_PNM.match(head) or _OTHERS.match(head)) or (is_tiff and not has_rasterio())
-    )
-    is_image = is_image and not (head.startswith(_PNG) and has_rasterio() and _has_headers_of_gdal(path))
-    return not is_image
-
-
-def _has_headers_of_gdal(path: str) -> bool:
-    """Whether a file has headers of GDAL beside it: with place, scale and no-data value, or with a mask."""
-    return any(os.path.isfile(path + ending) for ending in (".aux.xml", ".msk"))
+        return "npy"
+    if not has_rasterio():
+        return "image" if head.startswith(_TIFF) or _IMAGE.match(head) else "gdal"
+    # headers of GDAL beside a PNG: place, scale and no-data value, or a mask
+    has_headers = head.startswith(_PNG) and any(os.path.isfile(path + header) for header in (".aux.xml", ".msk"))
+    return "image" if _IMAGE.match(head) and not has_headers else "gdal"

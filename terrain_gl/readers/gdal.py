@@ -13,7 +13,6 @@ import stat
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -22,8 +21,8 @@ import numpy as np
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr
 from terrain_gl.readers.bands import Bands, bands_of
-from terrain_gl.readers.description import said_in
-from terrain_gl.readers.georeference import Georeference, Grid, grid_through, spacing_of, vertical_unit_m
+from terrain_gl.readers.description import as_described
+from terrain_gl.readers.georeference import Georeference, Grid, at_place, grid_through, vertical_unit_m
 from terrain_gl.readers.raster import (
     INSTALL_GEO,
     MOST_LISTED,
@@ -34,7 +33,6 @@ from terrain_gl.readers.raster import (
     damaged,
     gdal_failures,
     has_rasterio,
-    north_up,
     one_line,
     rows_at_once,
     utf8,
@@ -98,7 +96,7 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
             data, of_layer = open_layer(path, name, trusted, band)
             bands = bands_of(data, name, of_layer)
             blocks = _closed_after(data, _gdal_blocks(data, name, bands, partial(_environment, trusted)))
-            return replace(_raster(data, name, bands, blocks), bands_chosen=band is not None)
+            return _raster(data, name, bands, blocks)
     except gdal_failures() as error:
         raise _unreadable(name, error, trusted) from None
 
@@ -111,25 +109,21 @@ def open_dataset(data: Any, name: str, band: Band | None = None) -> Raster:
 
 def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     first = bands.heights[0] - 1
-    place, of_place = place_of(data, name)
-    spacing_m, notes = spacing_of(place, name)
+    place, notes = place_of(data, name)
     unit_m, of_heights = vertical_unit_m(data.units[first], place.crs)
-    said = said_in(_description(data))
-    nodata = data.nodatavals[first] if bands.greys is None else None  # with a palette, it is an index, not a height
-    return Raster(
+    raster = Raster(
         name,
         (data.height, data.width, bands.channels),
         np.dtype(data.dtypes[first]),
-        north_up(blocks, data.height) if place.grid.is_south_up else blocks,
+        blocks,
         has_alpha=bands.has_opacity,
-        nodata=nodata if said.nodata is None else said.nodata,
-        spacing_m=spacing_m or said.spacing_m,
-        scale=data.scales[first] * unit_m * said.z_scale,
-        offset_m=data.offsets[first] * unit_m + said.z_offset_m,
-        notes=of_place + notes + of_heights,
+        nodata=data.nodatavals[first] if bands.greys is None else None,  # with a palette, it is an index, not a height
+        scale=data.scales[first] * unit_m,
+        offset_m=data.offsets[first] * unit_m,
+        notes=notes + of_heights,
         bands=bands.names,
-        georeference=place.kept(),
     )
+    return at_place(as_described(raster, _description(data)), place)
 
 
 def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
@@ -303,12 +297,23 @@ def _gdal_blocks(data: Any, name: str, bands: Bands, environment: Callable[[], A
     step = rows_at_once(data.width, unit=data.block_shapes[0][0])
     for row in range(0, data.height, step):
         rows = slice(row, min(row + step, data.height))
-        try:
-            with environment():
-                pixels = bands.read(data, ((rows.start, rows.stop), (0, data.width)))
-        except gdal_failures() as error:
-            raise damaged(name, one_line(error.__cause__ or error)) from None
+        with environment():
+            pixels = read_pixels(data, name, bands, ((rows.start, rows.stop), (0, data.width)))
         yield rows, pixels
+
+
+def read_pixels(data: Any, name: str, bands: Bands, window: Any, size: tuple[int, int] | None = None) -> np.ndarray:
+    """Pixels of a window of a dataset: see `Bands.read`.
+
+    Raises
+    ------
+    TerrainError
+        The file is damaged.
+    """
+    try:
+        return bands.read(data, window, size)
+    except gdal_failures() as error:
+        raise damaged(name, one_line(error)) from None
 
 
 def _closed_after(data: Any, blocks: Blocks) -> Blocks:

@@ -6,13 +6,14 @@ import math
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.geodesy import WGS84, ground_steps, metres_per_degree
-from terrain_gl.readers.raster import Spacing, gdal_failures
+from terrain_gl.readers.raster import Raster, Spacing, gdal_failures, north_up
 
 LEAST_STEP = 1e-9  # least distance between posts that is accepted, in any unit
 LARGEST_STEP = 1e6  # and the largest
@@ -94,13 +95,26 @@ class Georeference(NamedTuple):
 class Placed(Protocol):
     """A map with a name and a place."""
 
-    @property
-    def name(self) -> str:
-        """Its name in messages."""
+    name: str
+    georeference: Georeference | None
 
-    @property
-    def georeference(self) -> Georeference | None:
-        """Where it lies."""
+
+def at_place(raster: Raster, place: Georeference) -> Raster:
+    """The raster with its place, the spacing there, and notes on both; the northern row comes first.
+
+    Raises
+    ------
+    TerrainError
+        The raster is turned or mirrored.
+    """
+    spacing_m, notes = spacing_of(place, raster.name)
+    return replace(
+        raster,
+        blocks=north_up(raster.blocks, raster.shape[0]) if place.grid.is_south_up else raster.blocks,
+        spacing_m=spacing_m or raster.spacing_m,
+        notes=raster.notes + notes,
+        georeference=place.kept(),
+    )
 
 
 def spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:

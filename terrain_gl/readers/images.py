@@ -7,9 +7,9 @@ import OpenImageIO as oiio
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr, reason_of
-from terrain_gl.readers.description import said_in
-from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, world_file
-from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, north_up, rows_at_once, utf8
+from terrain_gl.readers.description import as_described
+from terrain_gl.readers.georeference import Georeference, Grid, at_place, world_file
+from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, rows_at_once, utf8
 
 
 def open_oiio(path: str, name: str) -> Raster:
@@ -29,25 +29,11 @@ def open_oiio(path: str, name: str) -> Raster:
     shape = (spec.height, spec.width, spec.nchannels)
     has_alpha = spec.nchannels > 1 and spec.alpha_channel == spec.nchannels - 1
     dtype = np.dtype({"uint": "uint32", "int": "int32", "half": "float16"}.get(str(spec.format), str(spec.format)))
-    said = said_in(_description(spec))
-    grid = world_file(path) or Grid()
-    place = Georeference(grid, None, (spec.width, spec.height))
-    spacing_m, notes = spacing_of(place, name)
-    blocks = _oiio_blocks(image, name)
-    return Raster(
-        name,
-        shape,
-        dtype,
-        north_up(blocks, spec.height) if grid.is_south_up else blocks,
-        has_alpha,
-        nodata=said.nodata,
-        spacing_m=spacing_m or said.spacing_m,
-        scale=said.z_scale,
-        offset_m=said.z_offset_m,
-        notes=notes,
-        bands=tuple(spec.channelnames)[: spec.nchannels - has_alpha],
-        georeference=place.kept(),
+    raster = Raster(
+        name, shape, dtype, _oiio_blocks(image, name), has_alpha, bands=tuple(spec.channelnames)[: shape[2] - has_alpha]
     )
+    place = Georeference(world_file(path) or Grid(), None, (spec.width, spec.height))
+    return at_place(as_described(raster, _description(spec)), place)
 
 
 def _description(spec: Any) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.gdal import open_dataset
-from terrain_gl.readers.georeference import DEGREES, EVEN, Georeference, Grid, spacing_of, vertical_unit_m
+from terrain_gl.readers.georeference import DEGREES, EVEN, Georeference, Grid, at_place, vertical_unit_m
 from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasterio
 
 _ACROSS = ("x", "lon", "longitude", "easting", "projection_x_coordinate")
@@ -99,8 +99,7 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
         array = array.isel({down: slice(None, None, -1)})
     rows, cols = array.shape
     place = Georeference(grid, _crs_of(array, across), (cols, rows))
-    spacing_m, notes = spacing_of(place, name)
-    unit_m, of_unit = vertical_unit_m(array.attrs.get("units"), place.crs)
+    unit_m, notes = vertical_unit_m(array.attrs.get("units"), place.crs)
     # attributes describe the values as they are stored (CF conventions)
     nodata = array.attrs.get("_FillValue", array.attrs.get("missing_value"))
     scale, offset = (float(array.attrs.get(key, usual)) for key, usual in (("scale_factor", 1), ("add_offset", 0)))
@@ -108,15 +107,12 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
         name,
         (rows, cols, 1),
         array.dtype,
-        _blocks(np.empty((0, cols))),
         nodata=None if nodata is None else float(np.ravel(nodata)[0]),
-        spacing_m=spacing_m,
         scale=scale * unit_m,
         offset_m=offset * unit_m,
-        notes=notes + of_unit,
-        georeference=place.kept(),
+        notes=notes,
     )
-    return array, raster
+    return array, at_place(raster, place)
 
 
 def _blocks(heights: np.ndarray) -> Blocks:

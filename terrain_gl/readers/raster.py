@@ -3,7 +3,7 @@
 import contextlib
 import os
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,10 @@ def both(spacing_m: float | Spacing) -> Spacing:
     """The spacing east and north."""
     east, north = spacing_m if isinstance(spacing_m, tuple | list) else (spacing_m, spacing_m)
     return float(east), float(north)
+
+
+def _no_blocks() -> Blocks:
+    yield from ()
 
 
 @dataclass
@@ -53,8 +57,6 @@ class Raster:
         A height is value · scale + offset_m metres; both numbers come from the file.
     notes : tuple of str
         Notes for the user on how the file was interpreted.
-    bands_chosen : bool
-        The blocks have only the requested band.
     bands : tuple of str
         The file's names of its channels without opacity; empty if the file names none.
     georeference : Georeference or None
@@ -64,16 +66,19 @@ class Raster:
     name: str
     shape: tuple[int, int, int]
     dtype: np.dtype
-    blocks: Blocks
+    blocks: Blocks = field(default_factory=_no_blocks)
     has_alpha: bool = False
     nodata: float | None = None
     spacing_m: Spacing | None = None
     scale: float = 1.0
     offset_m: float = 0.0
     notes: tuple[str, ...] = ()
-    bands_chosen: bool = False
     bands: tuple[str, ...] = ()
     georeference: Any = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything except the blocks: a generator cannot be sent to another process."""
+        return self.__dict__ | {"blocks": None}
 
     @property
     def colours(self) -> int:
@@ -101,7 +106,7 @@ def one_band(raster: Raster, band: Band) -> Raster:
     keep = [kept, raster.shape[2] - 1] if raster.has_alpha else [kept]
     shape = (*raster.shape[:2], len(keep))
     blocks = _channels(raster.blocks, keep)
-    return replace(raster, shape=shape, blocks=blocks, bands_chosen=True, bands=(names[kept],))
+    return replace(raster, shape=shape, blocks=blocks, bands=(names[kept],))
 
 
 def number_of(band: Band, names: Sequence[str], file: str) -> int:
@@ -153,8 +158,8 @@ def damaged(name: str, reason: str) -> TerrainError:
 
 
 def one_line(error: BaseException) -> str:
-    """Fold a library's message into one short line."""
-    return " ".join(str(error).split())[:120]
+    """A library's message as one short line; of its cause, if it has one."""
+    return " ".join(str(error.__cause__ or error).split())[:120]
 
 
 def utf8(path: str, name: str) -> str:

@@ -8,21 +8,21 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import Reading, has_windows, open_raster
 from terrain_gl.readers.bands import bands_of
-from terrain_gl.readers.gdal import closed_environment, open_layer, place_of
+from terrain_gl.readers.gdal import closed_environment, open_layer, place_of, read_pixels
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed
 from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.place import Place, check_crs
 from terrain_gl.readers.plausible import guess, sample_of
-from terrain_gl.readers.raster import Blocks, Raster, Spacing, both, damaged, gdal_failures, one_line, utf8
+from terrain_gl.readers.raster import Raster, Spacing, both, utf8
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.values import AS_STORED, heights_of
 
@@ -32,43 +32,43 @@ _STRIP_POSTS = 1 << 22  # posts that are read at once for a guess
 _LEAST_STRIP = 16  # rows
 
 
-class WindowedRaster(Protocol):
-    """A map that is read window by window."""
+class WindowedRaster:
+    """A map that is read window by window.
 
-    @property
-    def name(self) -> str:
-        """The map's name in messages."""
+    Attributes
+    ----------
+    name : str
+        The map's name in messages.
+    shape : (int, int)
+        Rows and columns.
+    spacing_m : (east, north) or None
+        Metres between posts, if they are known.
+    georeference : Georeference or None
+        Where the map lies, if this is known.
+    notes : tuple of str
+        Notes for the user on how the source was interpreted.
+    assumes_spacing : bool
+        The source gives no spacing.
+    is_told : bool
+        The caller has given a scale or an offset of the heights.
+    identity
+        JSON that identifies the source: names, sizes and times of files, and how they are read; None if unknown.
+    """
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
+    identity: Any = None
+    is_told = False
 
-    @property
-    def spacing_m(self) -> Spacing | None:
-        """Metres between posts, east and north; None if they are not known."""
-
-    @property
-    def georeference(self) -> Georeference | None:
-        """Where the map lies; None if this is not known."""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes for the user on how the source was interpreted."""
-
-    @property
-    def assumes_spacing(self) -> bool:
-        """Whether the source gives no spacing."""
-
-    @property
-    def is_told(self) -> bool:
-        """Whether the caller has given a scale or an offset of the heights."""
-
-    @property
-    def identity(self) -> Any:
-        """JSON that identifies the source: names, sizes and times of files, and how they are read; None if unknown."""
+    def __init__(self, raster: Raster) -> None:
+        self.name = raster.name
+        self.shape = raster.shape[:2]
+        self.spacing_m = raster.spacing_m
+        self.georeference: Georeference | None = raster.georeference
+        self.notes = raster.notes
+        self.assumes_spacing = raster.spacing_m is None
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window that lies on the map."""
+        raise NotImplementedError
 
 
 def open_windows(
@@ -100,51 +100,24 @@ def windows_of(source: Any, name: str) -> WindowedRaster:
     """Windows of a DataArray of xarray, or of any 2-D object with `shape` and slices (numpy, Dask, Zarr, h5py, ...)."""
     if is_labelled(source):
         array, raster = lazy_array(source, name)
-        return Sliced(name, array, raster)
+        return Sliced(array, raster)
     shape = getattr(source, "shape", None)
     if shape is None or len(shape) != 2 or not hasattr(source, "__getitem__"):
         raise UsageError(f"{name}: expected a 2-D array, or an object with shape and slices, got {type(source)}")
     rows, cols = (int(n) for n in shape)
     dtype = np.dtype(getattr(source, "dtype", np.float64))
-    return Sliced(name, source, Raster(name, (rows, cols, 1), dtype, _no_blocks()))
+    return Sliced(source, Raster(name, (rows, cols, 1), dtype))
 
 
-def _no_blocks() -> Blocks:
-    yield from ()
-
-
-def _without_blocks(raster: Raster) -> dict[str, Any]:
-    """A description of a map without its blocks: a generator cannot be sent to another process."""
-    return {each.name: getattr(raster, each.name) for each in fields(Raster) if each.name != "blocks"}
-
-
-class Sliced:
+class Sliced(WindowedRaster):
     """An object with `shape` and slices; each window is computed when it is read."""
 
-    def __init__(self, name: str, source: Any, raster: Raster) -> None:
-        self.name = name
+    def __init__(self, source: Any, raster: Raster) -> None:
+        raster.spacing_m = raster.spacing_m or getattr(source, "spacing_m", None)
+        super().__init__(raster)
+        self.identity = getattr(source, "identity", None)
         self._source = source
         self._raster = raster
-        self.shape = raster.shape[:2]
-        self.spacing_m = raster.spacing_m or getattr(source, "spacing_m", None)
-        self.georeference = raster.georeference
-        self.notes = raster.notes
-        self.assumes_spacing = self.spacing_m is None
-
-    is_told = False
-
-    @property
-    def identity(self) -> Any:
-        """The object's `identity`; None if it has none."""
-        return getattr(self._source, "identity", None)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Everything that can be sent to another process."""
-        return self.__dict__ | {"_raster": _without_blocks(self._raster)}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """The same object, in another process."""
-        self.__dict__.update(state, _raster=Raster(blocks=_no_blocks(), **state["_raster"]))
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
@@ -152,39 +125,29 @@ class Sliced:
         return heights_of(values[..., None], self._raster)
 
 
-class RasterFile:
+class RasterFile(WindowedRaster):
     """A file that GDAL reads window by window; any other kind of file is held in memory as a whole.
 
     Each thread, and each process that this object is sent to, opens the file for itself.
     """
 
     def __init__(self, path: str, reading: Reading = AS_STORED) -> None:
-        self.path = path
-        self.reading = reading
-        self.name = os.fsencode(path).decode("utf-8", "replace")
         raster = open_raster(path, reading)
         raster.blocks.close()
-        self.shape = raster.shape[:2]
-        self.spacing_m = raster.spacing_m
-        self.georeference = raster.georeference
-        self.notes = raster.notes
-        self.assumes_spacing = raster.spacing_m is None
+        super().__init__(raster)
+        status = os.stat(path)
+        self.identity = [os.path.basename(path), status.st_size, status.st_mtime_ns, repr(reading)]
         self.is_told = reading.is_told
-        self._told = repr(reading)
+        self.path = path
+        self.reading = reading
         self.voids_m: tuple[float, ...] = ()
         self._raster = raster
         self._by_window = has_windows(path, reading)
         self._open = threading.local()
 
-    @property
-    def identity(self) -> Any:
-        """The file's name, its size, when it was last written, and how it is read."""
-        status = os.stat(self.path)
-        return [os.path.basename(self.path), status.st_size, status.st_mtime_ns, self._told]
-
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
-        return without(heights_of(self._pixels(rows, cols), self._raster, self.reading), self.voids_m)
+        return self._heights(rows, cols)
 
     def find_voids(self) -> tuple[float, ...]:
         """Find heights that mark voids although the file does not say so, and add notes on them.
@@ -227,40 +190,35 @@ class RasterFile:
         """The heights at (rows, cols) posts spread over the whole map; None if GDAL does not read this file."""
         if not self._by_window:
             return None
-        return without(heights_of(self._pixels(out=size), self._raster, self.reading), self.voids_m)
+        return self._heights(_ALL, _ALL, size)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything except open files and generators, which cannot be sent to another process."""
-        state = {key: value for key, value in self.__dict__.items() if key != "_open"}
-        return state | {"_raster": _without_blocks(self._raster)}
+        """Everything except open files, which cannot be sent to another process."""
+        return {key: value for key, value in self.__dict__.items() if key != "_open"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """The same file, not open yet."""
-        raster = Raster(blocks=_no_blocks(), **state["_raster"])
-        self.__dict__.update(state, _raster=raster, _open=threading.local())
+        self.__dict__.update(state, _open=threading.local())
 
-    def _pixels(self, rows: slice = _ALL, cols: slice = _ALL, out: tuple[int, int] | None = None) -> np.ndarray:
-        """Pixels of a window; with `out`, only so many rows and columns, spread over the window."""
+    def _heights(self, rows: slice, cols: slice, out: tuple[int, int] | None = None) -> np.ndarray:
+        """The heights of a window; with `out`, only so many rows and columns, spread over the window."""
         rows, cols = (slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True))
-        if not self._by_window:
-            return self._whole()[rows, cols]
-        data, band = self._layer()
-        south_up = place_of(data, self.name)[0].grid.is_south_up
-        window = slice(data.height - rows.stop, data.height - rows.start) if south_up else rows
-        try:
-            with closed_environment():
-                area = ((window.start, window.stop), (cols.start, cols.stop))
-                pixels = bands_of(data, self.name, band).read(data, area, out)
-        except gdal_failures() as error:
-            raise damaged(self.name, one_line(error.__cause__ or error)) from None
-        return pixels[::-1] if south_up else pixels
+        pixels = self._window(rows, cols, out) if self._by_window else self._whole()[rows, cols]
+        return without(heights_of(pixels, self._raster, self.reading), self.voids_m)
 
-    def _layer(self) -> Any:
-        """The dataset, and the band of it that is read."""
+    def _window(self, rows: slice, cols: slice, out: tuple[int, int] | None) -> np.ndarray:
         if not hasattr(self._open, "layer"):
             path = utf8(self.path, self.name)
-            self._open.layer = open_layer(path, self.name, self.reading.trusted, self.reading.band)
-        return self._open.layer
+            data, band = open_layer(path, self.name, self.reading.trusted, self.reading.band)
+            is_south_up = place_of(data, self.name)[0].grid.is_south_up
+            self._open.layer = data, bands_of(data, self.name, band), is_south_up
+        data, bands, is_south_up = self._open.layer
+        start, stop = (
+            (self.shape[0] - rows.stop, self.shape[0] - rows.start) if is_south_up else (rows.start, rows.stop)
+        )
+        with closed_environment():
+            pixels = read_pixels(data, self.name, bands, ((start, stop), (cols.start, cols.stop)), out)
+        return pixels[::-1] if is_south_up else pixels
 
     def _whole(self) -> np.ndarray:
         if not hasattr(self._open, "pixels"):
@@ -271,12 +229,7 @@ class RasterFile:
         return self._open.pixels
 
 
-def _teller(files: Sequence[RasterFile]) -> RasterFile:
-    """The file whose coordinate system all files get: the first that names one, or the first file if none does."""
-    return next((file for file in files if file.georeference and file.georeference.crs), files[0])
-
-
-class Mosaic:
+class Mosaic(WindowedRaster):
     """Files on one grid. Where they overlap, the last file that has a height is used.
 
     Raises
@@ -287,7 +240,9 @@ class Mosaic:
 
     def __init__(self, files: Sequence[RasterFile]) -> None:
         self.files = files
-        first = _teller(files)
+        self.identity = [file.identity for file in files]
+        # all files get the coordinate system of the first that names one
+        first = next((file for file in files if file.georeference and file.georeference.crs), files[0])
         if first.georeference is None:
             raise TerrainError(f"{first.name}: its place is not known: a mosaic needs files with a georeference")
         for file in files:
@@ -310,11 +265,6 @@ class Mosaic:
         if silent and first.georeference.crs:
             notes.append(f"{silent[0]} names no coordinate system: that of {first.name} counts for all files")
         self.notes = tuple(dict.fromkeys(notes))
-
-    @property
-    def identity(self) -> Any:
-        """The identities of all files."""
-        return [file.identity for file in self.files]
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
