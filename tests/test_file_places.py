@@ -83,9 +83,6 @@ def test_without_pyproj_a_note_says_that_units_count_as_metres(tmp_path, monkeyp
     raster(tmp_path / "a.tif", grid=at("EPSG:3395", 20, 60), crs="EPSG:3395")
     raster(tmp_path / "b.tif", grid=at("EPSG:32632", 9, 60), crs="EPSG:32632")
     monkeypatch.setitem(__import__("sys").modules, "pyproj", None)
-    from terrain_gl.readers import geodesy
-
-    geodesy._angles.cache_clear()
     terrain = Heightmap.open(tmp_path / "a.tif")
     assert terrain.spacing_m == (50, 50) and "pyproj" in terrain.notes[0] and "--spacing" in terrain.notes[0]
     assert Heightmap.open(tmp_path / "b.tif").notes == ()

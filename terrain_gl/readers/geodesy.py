@@ -4,10 +4,13 @@ import math
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.raster import INSTALL_GEO, Spacing
 
-WGS84 = (6378137.0, 298.257223563)
+WGS84 = (6378137.0, 298.257223563)  # semi-major axis in metres, inverse flattening
+_ROUNDING = 1e-7
 
 
 def metres_per_degree(
@@ -45,34 +48,30 @@ def ground_steps(crs: str, middle: tuple[float, float], steps: Spacing) -> Spaci
     TerrainError
         pyproj is missing, or knows no such coordinate system.
     """
-    to_angles, degrees_per_unit, geod = _angles(crs)
+    flat = flat_crs(crs)
     x, y = middle
     # shorter steps would be lost in the rounding of coordinates
     east, north = (max(step, _ROUNDING * max(abs(x), abs(y))) for step in steps)
-    lon, lat = to_angles.transform([x - east / 2, x + east / 2, x, x], [y, y, y - north / 2, y + north / 2])
-    lon, lat = ([angle * degrees_per_unit for angle in angles] for angles in (lon, lat))
-    if not all(map(math.isfinite, lon + lat)):
+    ends = [x - east / 2, x + east / 2, x, x], [y, y, y - north / 2, y + north / 2]
+    angles = np.array(to_own_angles(crs).transform(*ends))
+    if not np.isfinite(angles).all():
         return None
-    _, _, (east_m, north_m) = geod.inv(lon[::2], lat[::2], lon[1::2], lat[1::2])
-    ground = east_m * steps[0] / east, north_m * steps[1] / north
-    return ground if all(math.isfinite(metres) and metres > 0 for metres in ground) else None
-
-
-_ROUNDING = 1e-7
+    lon, lat = angles * math.degrees(flat.geodetic_crs.axis_info[0].unit_conversion_factor)
+    _, _, (east_m, north_m) = flat.get_geod().inv(lon[::2], lat[::2], lon[1::2], lat[1::2])
+    ground = float(east_m) * steps[0] / east, float(north_m) * steps[1] / north
+    return ground if all(0 < metres < math.inf for metres in ground) else None
 
 
 @lru_cache(maxsize=16)
-def _angles(crs: str) -> tuple[Any, float, Any]:
-    """The transformer to longitude and latitude on the CRS's own datum, the degrees of its unit, and the ellipsoid."""
+def to_own_angles(crs: str) -> Any:
+    """The transformer to longitude and latitude on the CRS's own datum, which may be another planet's."""
     flat = flat_crs(crs)  # raises an error if pyproj is missing
     import pyproj
 
-    own = flat.geodetic_crs
     try:
-        to_angles = pyproj.Transformer.from_crs(flat, own, always_xy=True)
+        return pyproj.Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
     except (pyproj.exceptions.ProjError, TypeError):
         raise TerrainError(f"{flat.name} has no longitude and latitude") from None
-    return to_angles, math.degrees(own.axis_info[0].unit_conversion_factor), flat.get_geod()
 
 
 def flat_crs(crs: Any) -> Any:

@@ -145,13 +145,14 @@ def _metres(place: Georeference, steps: Spacing) -> tuple[Spacing, tuple[str, ..
     crs = place.crs
     if crs is None and _may_be_degrees(place):
         note = f"no coordinate system, but {steps[0]:g} between posts: taken as degrees (--spacing)"
-        return _scaled(steps, metres_per_degree(place.middle[1])), (note,)
+        east_m, north_m = metres_per_degree(place.middle[1])
+        return (steps[0] * east_m, steps[1] * north_m), (note,)
     if crs is None:
         return steps, ()
     if crs.is_geographic:
         degrees = _degrees_per_unit(crs)
-        metres = metres_per_degree(place.middle[1] * degrees, *_ellipsoid(crs))
-        return _scaled(steps, (metres[0] * degrees, metres[1] * degrees)), ()
+        east_m, north_m = metres_per_degree(place.middle[1] * degrees, *_ellipsoid(crs))
+        return (steps[0] * (east_m * degrees), steps[1] * (north_m * degrees)), ()
     unit = _linear_unit_m(crs)
     if unit is None:
         note = (
@@ -174,10 +175,6 @@ def _on_the_ground(place: Georeference, steps: Spacing, unit_m: float) -> tuple[
         return told, ("its middle has no longitude and latitude: its units count as metres on the ground (--spacing)",)
     is_true = all(abs(g / t - 1) <= TRUE_SCALE for g, t in zip(ground, told, strict=True))
     return told if is_true else ground, ()
-
-
-def _scaled(steps: Spacing, unit: Spacing) -> Spacing:
-    return steps[0] * unit[0], steps[1] * unit[1]
 
 
 def _may_be_degrees(place: Georeference) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
-from .geodesy import flat_crs
+from .geodesy import flat_crs, to_own_angles
 from .georeference import DEGREES, EVEN, Georeference, Placed
 from .raster import Spacing
 
@@ -151,11 +151,7 @@ def to_degrees(crs: str) -> Any:
     try:
         return pyproj.Transformer.from_crs(flat, DEGREES, always_xy=True)
     except pyproj.exceptions.ProjError:
-        pass
-    try:
-        return pyproj.Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
-    except (pyproj.exceptions.ProjError, TypeError):
-        raise TerrainError(f"{flat.name} has no longitude and latitude") from None
+        return to_own_angles(crs)
 
 
 @lru_cache(maxsize=16)

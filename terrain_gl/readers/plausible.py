@@ -22,17 +22,7 @@ _SAMPLES = 1024  # places a side where the slope is measured
 
 
 class Guess(NamedTuple):
-    """Scale and spacing that are chosen if a file does not give them.
-
-    Attributes
-    ----------
-    scale
-        Metres per unit of value; 1 if the values may be metres.
-    spacing_m
-        Metres between posts.
-    notes
-        Notes for the user on the choices.
-    """
+    """Metres per unit of value, metres between posts, and notes for the user on what was guessed."""
 
     scale: float
     spacing_m: Spacing
@@ -40,28 +30,18 @@ class Guess(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """Heights from which a guess is made.
+    """Heights from which a guess is made."""
 
-    Attributes
-    ----------
-    shape
-        Rows and columns of the map.
-    low, high
-        Lowest and highest height of all posts.
-    here, east, south
-        Heights of posts spread over the map, and of their neighbours; NaN where void.
-    """
-
-    shape: tuple[int, int]
-    low: float
+    shape: tuple[int, int]  # rows and columns of the map
+    low: float  # of all posts
     high: float
-    here: np.ndarray
+    here: np.ndarray  # posts spread over the map, and their neighbours; NaN where void
     east: np.ndarray
     south: np.ndarray
 
 
 def sample_of(read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int], strip: int) -> Sample:
-    """Sample a map that is read in blocks of `strip` rows. The result does not depend on `strip`."""
+    """Sample a map that is read in blocks of `strip` rows."""
     rows, cols = shape
     step = max(1, -(-max(shape) // _SAMPLES))
     across = slice(0, cols - 1, step)
@@ -87,56 +67,41 @@ def guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | Non
     sample
         Function that samples the stored values. It is called only if a guess may be needed.
     """
-    known_m = spacing_m or (1.0, 1.0)
-    scale = 1.0
-    notes: tuple[str, ...] = ()
+    known = Guess(1.0, spacing_m or (1.0, 1.0), ())
     is_bare = raster.dtype.newbyteorder("=") == np.uint16 and (raster.scale, raster.offset_m) == (1.0, 0.0)
-    seen = sample() if is_bare or spacing_m is None else None
-    if seen and is_bare:
-        scale, notes = plausible_scale(seen, known_m)
-    if seen and spacing_m is None and not notes:
-        chosen_m, notes = plausible_spacing(seen)
-        known_m = chosen_m, chosen_m
-    return Guess(scale, known_m, notes)
+    if not is_bare and spacing_m:
+        return known
+    seen = sample()
+    if is_bare and seen.high - seen.low > HIGHEST_RELIEF_M:
+        return _plausible_scale(seen, known.spacing_m)
+    return known if spacing_m else _plausible_spacing(seen)
 
 
-def plausible_scale(sample: Sample, spacing_m: Spacing) -> tuple[float, tuple[str, ...]]:
-    """Metres per unit of 16-bit values that cannot be metres, because their range is above `HIGHEST_RELIEF_M`.
+def _plausible_scale(sample: Sample, spacing_m: Spacing) -> Guess:
+    """A scale for 16-bit values that cannot be metres.
 
     The relief becomes a fifth of the longer side, at most 3000 m, and less if a tenth of the land would be steeper than
     `BOLD_SLOPE`.
-
-    Returns
-    -------
-    (float, tuple of str)
-        Metres per unit, and a note on the choice; 1 and no note if the values may be metres.
     """
     low, high = sample.low, sample.high
-    if not high - low > HIGHEST_RELIEF_M:
-        return 1.0, ()
     extent_m = max((n - 1) * step for n, step in zip(sample.shape, spacing_m[::-1], strict=True))
     scale = min(USUAL_RELIEF * extent_m, USUAL_RELIEF_M) / (high - low)
-    steep = steep_slope(sample, spacing_m)
+    steep = _steep_slope(sample, spacing_m)
     scale = _one_digit(min(scale, BOLD_SLOPE / steep) if steep > 0 else scale)
     cannot = f"values {low:g} to {high:g} over {extent_m / 1000:.3g} km cannot be metres"
-    return scale, (f"{cannot}: --z-scale {scale:g} is chosen; give --z-scale and --spacing",)
+    return Guess(scale, spacing_m, (f"{cannot}: --z-scale {scale:g} is chosen; give --z-scale and --spacing",))
 
 
-def plausible_spacing(sample: Sample) -> tuple[float, tuple[str, ...]]:
-    """The spacing if none is given: 1 m, or more if the land would be too steep with 1 m.
-
-    Returns
-    -------
-    (float, tuple of str)
-        The spacing, and a note on the choice; 1 and no note if 1 m may be right.
-    """
+def _plausible_spacing(sample: Sample) -> Guess:
+    """The spacing if none is given: 1 m, or more if the land would be too steep with 1 m."""
+    one_metre = Guess(1.0, (1.0, 1.0), ())
     side = max(sample.shape) - 1
     low, high = sample.low, sample.high
     if side < LEAST_SIDE - 1 or not 0 < high - low <= HIGHEST_RELIEF_M:
-        return 1.0, ()
-    steep = steep_slope(sample, (1.0, 1.0))
+        return one_metre
+    steep = _steep_slope(sample, (1.0, 1.0))
     if high - low <= STEEPEST_RELIEF * side and steep <= STEEPEST_SLOPE:
-        return 1.0, ()
+        return one_metre
     usual_m = max(steep / USUAL_SLOPE, SPACINGS_M[0])
     nearest = min(SPACINGS_M, key=lambda choice: abs(math.log(choice / usual_m)))
     enough = [m for m in SPACINGS_M if m >= nearest and high - low <= STEEPEST_RELIEF * side * m]
@@ -144,8 +109,10 @@ def plausible_spacing(sample: Sample) -> tuple[float, tuple[str, ...]]:
     if high - low > STEEPEST_RELIEF * side:
         cannot = f"heights {low:g} to {high:g} m are too steep over {side:,} m"
     else:
-        cannot = f"posts 1 m apart would make a tenth of the land steeper than {_degrees(steep):.0f} degrees"
-    return spacing_m, (f"{cannot}: --spacing {spacing_m:g} is chosen; give --spacing, or --z-scale",)
+        degrees = math.degrees(math.atan(steep))
+        cannot = f"posts 1 m apart would make a tenth of the land steeper than {degrees:.0f} degrees"
+    note = f"{cannot}: --spacing {spacing_m:g} is chosen; give --spacing, or --z-scale"
+    return Guess(1.0, (spacing_m, spacing_m), (note,))
 
 
 def not_of_the_earth(range_m: tuple[float, float]) -> tuple[str, ...]:
@@ -156,7 +123,7 @@ def not_of_the_earth(range_m: tuple[float, float]) -> tuple[str, ...]:
     return (f"{heights}: drawn in grey, without air; give --z-scale, or --look",)
 
 
-def steep_slope(sample: Sample, spacing_m: Spacing) -> float:
+def _steep_slope(sample: Sample, spacing_m: Spacing) -> float:
     """The slope that a tenth of the land exceeds, from one post to the next; 0 for land that is void or flat."""
     with np.errstate(invalid="ignore"):
         east = (sample.east - sample.here) / spacing_m[0]
@@ -164,10 +131,6 @@ def steep_slope(sample: Sample, spacing_m: Spacing) -> float:
         slopes = np.hypot(east, south)
     known = slopes[np.isfinite(slopes)]
     return float(np.percentile(known, 90)) if known.size else 0.0
-
-
-def _degrees(slope: float) -> float:
-    return math.degrees(math.atan(slope))
 
 
 def _one_digit(value: float) -> float:
