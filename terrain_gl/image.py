@@ -15,6 +15,11 @@ from .basics.inputs import check_input
 from .basics.replacing import make_sure_of_space, replacing
 
 FORMATS = {".png": "uint8", ".jpg": "uint8", ".jpeg": "uint8", ".tif": "uint8", ".tiff": "uint8", ".exr": "float"}
+TYPES: dict[str, np.dtype] = {
+    "uint8": np.dtype("u1"),
+    "uint16": np.dtype("u2"),
+    "float": np.dtype("f4"),
+}  # as OpenImageIO calls them
 Rows = Callable[[np.ndarray], None]
 _OPAQUE = (".jpg", ".jpeg")  # formats without alpha
 
@@ -46,54 +51,73 @@ def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
 
 @contextmanager
 def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels: int = 4) -> Iterator[Rows]:
-    """Write a picture from top to bottom, a few rows at a time, so that it need not fit in memory.
+    """Yield a function that writes the next rows of a picture, (n, width, channels): see `write_image`.
 
-    Parameters
-    ----------
-    path
-        As for `write_image`.
-    size
-        Width and height in pixels.
-
-    Returns
-    -------
-    Rows
-        A function that writes the next rows, (n, width, channels). When the block ends and all rows are written, the
-        file appears.
-
-    Raises
-    ------
-    TerrainError
-        An unknown ending, or the file cannot be written.
+    `size` is the picture's width and height. It need not fit in memory.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         raise TerrainError(f"{path}: cannot write {suffix or 'a file without an ending'}: use {', '.join(FORMATS)}")
-    channels = min(channels, 3) if suffix in _OPAQUE else channels
+    shape = *size, min(channels, 3) if suffix in _OPAQUE else channels
+    attributes: dict[str, str | int] = {"oiio:UnassociatedAlpha": 1}
+    if FORMATS[suffix] == "uint8":
+        attributes |= {"oiio:ColorSpace": "sRGB", "CompressionQuality": 95}
+        attributes["png:compressionLevel"] = 4  # level 6 takes three times as long for files 6 % smaller
+    with writing_rows(path, shape, FORMATS[suffix], attributes) as write:
+        yield lambda rows: write(_stored(rows, suffix))
+
+
+@contextmanager
+def writing_rows(
+    path: str | os.PathLike[str], shape: tuple[int, int, int], kind: str, attributes: dict[str, Any]
+) -> Iterator[Rows]:
+    """Yield a function that writes the next rows of an image file, from top to bottom, as they are stored.
+
+    The file appears when the block ends and all rows are written.
+
+    Parameters
+    ----------
+    shape
+        Width, height and channels.
+    kind
+        Type of the numbers, one of `TYPES`.
+    attributes
+        Attributes of the file, by their names in OpenImageIO.
+
+    Raises
+    ------
+    TerrainError
+        The file cannot be written.
+    """
+    width, height, channels = shape
+    done = 0
     with replacing(path) as beside:
-        make_sure_of_space(beside, size[0] * size[1] * channels * (4 if FORMATS[suffix] == "float" else 1))
-        file = _opened(beside, path, (*size, channels), FORMATS[suffix])
-        done = 0
+        make_sure_of_space(beside, width * height * channels * TYPES[kind].itemsize)
+        spec = oiio.ImageSpec(*shape, kind)
+        for name, value in attributes.items():
+            spec.attribute(name, value)
+        file: Any = oiio.ImageOutput.create(os.fspath(beside))
+
+        def ensure(works: bool) -> None:
+            if not works:
+                raise TerrainError(f"{path}: cannot write: {reason_of(file or oiio)}")
 
         def write(rows: np.ndarray) -> None:
             nonlocal done
-            stored = _stored(rows, suffix)
-            if not file.write_scanlines(done, done + len(stored), 0, stored):
-                raise TerrainError(f"{path}: cannot write: {reason_of(file)}")
-            done += len(stored)
+            ensure(file.write_scanlines(done, done + len(rows), 0, rows))
+            done += len(rows)
 
+        ensure(file is not None and file.open(os.fspath(beside), spec))
         try:
             yield write
-            if done < size[1]:
-                raise ValueError(f"expected {size[1]} rows, got {done}")
+            if done < height:
+                raise ValueError(f"expected {height} rows, got {done}")
         except BaseException:
-            if suffix == ".png" and done < size[1]:  # libpng prints an error if a picture has no data
-                write(np.zeros((min(size[1] - done, 1 + 2**22 // size[0]), size[0], channels), np.uint8))
+            if beside.suffix.lower() == ".png" and done < height:  # libpng prints an error if a picture has no data
+                write(np.zeros((min(height - done, 1 + 2**22 // width), width, channels), TYPES[kind]))
             file.close()
             raise
-        closed = file.close()
-        if not closed:
-            raise TerrainError(f"{path}: cannot write: {reason_of(file)}")
+        ensure(file.close())
 
 
 def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
@@ -203,21 +227,7 @@ def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:
     elif FORMATS[suffix] == "uint8" and pixels.dtype != np.uint8:
         colour = srgb_from_linear(colour)
         alpha = np.round(255 * np.clip(alpha, 0, 1))
-    return np.ascontiguousarray(np.concatenate([colour, alpha], -1).astype("f4" if suffix == ".exr" else "u1"))
-
-
-def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int], kind: str) -> Any:
-    """Open a file for writing with OpenImageIO."""
-    spec = oiio.ImageSpec(*shape, kind)
-    if kind == "uint8":
-        spec.attribute("oiio:ColorSpace", "sRGB")
-        spec.attribute("CompressionQuality", 95)
-        spec.attribute("png:compressionLevel", 4)  # level 6 takes three times as long for files 6 % smaller
-    spec.attribute("oiio:UnassociatedAlpha", 1)
-    file = oiio.ImageOutput.create(os.fspath(to))
-    if file is None or not file.open(os.fspath(to), spec):
-        raise TerrainError(f"{name}: cannot write: {reason_of(file or oiio)}")
-    return file
+    return np.ascontiguousarray(np.concatenate([colour, alpha], -1).astype(TYPES[FORMATS[suffix]]))
 
 
 def reason_of(source: Any) -> str:
@@ -226,13 +236,8 @@ def reason_of(source: Any) -> str:
         text = source.geterror()
     except UnicodeDecodeError:
         text = ""
-    return one_line(text) or "its data do not decode"
-
-
-def one_line(text: str) -> str:
-    """The first line of OpenImageIO's text; further lines repeat it."""
-    first, _, _ = text.strip().partition("\n")
-    return " ".join(first.split())[:120]
+    first, _, _ = text.strip().partition("\n")  # further lines repeat it
+    return " ".join(first.split())[:120] or "its data do not decode"
 
 
 @contextmanager

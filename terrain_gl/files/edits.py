@@ -105,7 +105,7 @@ def _write_window(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Til
     rows, cols = _hull(tiles, side, (heightmap.rows, heightmap.cols))
     grid = place.grid._replace(c=place.grid.c + cols.start * place.grid.a, f=place.grid.f + rows.start * place.grid.e)
     window = Georeference(grid, place.crs, (cols.stop - cols.start, rows.stop - rows.start))
-    with heightmap_file(path, *window.size, f"edits of {os.path.basename(heightmap.name)}", window) as file:
+    with heightmap_file(path, *window.size, f"edits of {os.path.basename(heightmap.name)}", window) as write:
         for row in range(rows.start // side, -(-rows.stop // side)):
             first, end = max(rows.start, row * side), min(rows.stop, (row + 1) * side)
             band = np.full((end - first, cols.stop - cols.start), np.nan, np.float32)
@@ -114,7 +114,7 @@ def _write_window(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Til
                     left, right = max(cols.start, at[1] * side), min(cols.stop, (at[1] + 1) * side)
                     part = tile[first - row * side : end - row * side, left - at[1] * side : right - at[1] * side]
                     band[:, left - cols.start : right - cols.start] = part
-            file.write(band)
+            write(band)
 
 
 def _hull(tiles: Tiles, side: int, shape: tuple[int, int]) -> tuple[slice, slice]:

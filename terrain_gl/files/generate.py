@@ -136,11 +136,11 @@ def write_land(
     unit = land.z_scale if FORMATS[suffix] == "uint16" else 1.0
     low, high = math.inf, -math.inf
     about = f"terrain-gl generate {land.words}, read with {open_options(land, suffix)}"
-    with heightmap_file(path, land.cols, land.rows, about) as file:
+    with heightmap_file(path, land.cols, land.rows, about) as write:
         for band in bands_of(ctx, land, progress):
             rows = stored(band, land, suffix)
             low, high = min(low, float(rows.min())), max(high, float(rows.max()))
-            file.write(rows)
+            write(rows)
     return low * unit, high * unit
 
 

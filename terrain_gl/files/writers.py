@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.replacing import make_sure_of_space, replacing
 from ..heightmap import Heightmap
-from ..image import reason_of
+from ..image import Rows, writing_rows
 from ..readers.gdal import closed_environment
 from ..readers.geodesy import flat_crs
 from ..readers.georeference import DEGREES, Georeference
@@ -56,10 +55,10 @@ def write_heightmap(path: str | os.PathLike[str], heightmap: Heightmap) -> dict[
     rows = max(1, BAND_POSTS // heightmap.cols)
     about = f"heights, read with {as_options(opening)}"
     place = heightmap.georeference if suffix in (".tif", ".tiff") and has_rasterio() else None
-    with heightmap_file(path, heightmap.cols, heightmap.rows, about, place) as file:
+    with heightmap_file(path, heightmap.cols, heightmap.rows, about, place) as write:
         for first in range(0, heightmap.rows, rows):
             band = heightmap.heights[first : first + rows]
-            file.write(_steps(band, opening) if FORMATS[suffix] == "uint16" else band)
+            write(_steps(band, opening) if FORMATS[suffix] == "uint16" else band)
     return opening
 
 
@@ -100,104 +99,67 @@ def format_of(path: str | os.PathLike[str]) -> str:
 @contextmanager
 def heightmap_file(
     path: str | os.PathLike[str], cols: int, rows: int, description: str, place: Georeference | None = None
-) -> Iterator[HeightmapFile | GeoTiff]:
-    """Yield a file that takes all rows of a map. It replaces `path` when the block ends without an error.
+) -> Iterator[Rows]:
+    """Yield a function that writes the next rows of a map, from north to south, in the type of `FORMATS`.
 
-    Parameters
-    ----------
-    place
-        Where the map lies, for a GeoTIFF.
+    The file replaces `path` when the block ends without an error. With `place`, it is a GeoTIFF.
 
     Raises
     ------
     TerrainError
         The file cannot be written.
     """
-    suffix = format_of(path)
+    if place:
+        with _geotiff(path, place, description) as write:
+            yield write
+        return
+    kind = FORMATS[format_of(path)]
+    attributes = {"ImageDescription": description, "compression": "zip"}
+    if kind == "float":
+        attributes["DateTime"] = "1970:01:01 00:00:00"  # today's date would make equal maps differ
+    with writing_rows(path, (cols, rows, 1), kind, attributes) as write:
+        yield lambda heights: write(heights[..., None])
+
+
+@contextmanager
+def _geotiff(path: str | os.PathLike[str], place: Georeference, description: str) -> Iterator[Rows]:
+    """A float GeoTIFF, written by rasterio."""
+    import rasterio
+
+    cols, rows = place.size
+    # heights are metres, so we leave out the vertical part of the map's system, which may be in feet
+    crs = place.crs if place.crs in (None, DEGREES) else flat_crs(place.crs).to_wkt()
+    profile = {"driver": "GTiff", "width": cols, "height": rows, "count": 1, "dtype": "float32"}
+    profile |= {"transform": rasterio.Affine(*place.grid), "crs": crs, "nodata": math.nan}
+    profile |= {"compress": "deflate", "predictor": 3, "bigtiff": "if_safer"}
+    done = 0
+
+    def write(heights: np.ndarray) -> None:
+        nonlocal done
+        with _failing(path):
+            file.write(heights, 1, window=((done, done + len(heights)), (0, cols)))
+        done += len(heights)
+
     with replacing(path) as beside:
-        make_sure_of_space(beside, cols * rows * (2 if FORMATS[suffix] == "uint16" else 4))
-        if place:
-            with GeoTiff(beside, path, place, description) as tiff:
-                yield tiff
-        else:
-            with HeightmapFile(beside, path, (cols, rows), FORMATS[suffix], description) as file:
-                yield file
-
-
-class HeightmapFile:
-    """A heightmap file, written row by row: `heightmap_file` makes one."""
-
-    def __init__(
-        self, beside: Path, path: str | os.PathLike[str], size: tuple[int, int], dtype: str, description: str
-    ) -> None:
-        self.path = path
-        self.row = 0
-        spec = oiio.ImageSpec(*size, 1, dtype)
-        spec.attribute("ImageDescription", description)
-        spec.attribute("compression", "zip")
-        if dtype == "float":
-            spec.attribute("DateTime", "1970:01:01 00:00:00")  # today's date would make equal maps differ
-        self.file: Any = oiio.ImageOutput.create(os.fspath(beside))
-        self._ensure(self.file is not None and self.file.open(os.fspath(beside), spec))
-
-    def __enter__(self) -> HeightmapFile:
-        return self
-
-    def write(self, rows: np.ndarray) -> None:
-        """Add rows below the earlier rows, in the file's own type."""
-        end = self.row + len(rows)
-        self._ensure(self.file.write_scanlines(self.row, end, 0, rows[..., None]))
-        self.row = end
-
-    def __exit__(self, error: Any, *_: object) -> None:
-        closed = self.file.close()
-        if error is None:
-            self._ensure(closed)
-
-    def _ensure(self, done: bool) -> None:
-        if not done:
-            raise TerrainError(f"{self.path}: cannot write: {reason_of(self.file or oiio)}")
-
-
-class GeoTiff:
-    """A float GeoTIFF, written row by row by rasterio."""
-
-    def __init__(self, beside: Path, path: str | os.PathLike[str], place: Georeference, description: str) -> None:
-        import rasterio
-
-        self.path = path
-        self.row = 0
-        self.cols, rows = place.size
-        # heights are metres, so we leave out the vertical part of the map's system, which may be in feet
-        crs = place.crs if place.crs in (None, DEGREES) else flat_crs(place.crs).to_wkt()
-        profile = {"driver": "GTiff", "width": self.cols, "height": rows, "count": 1, "dtype": "float32"}
-        profile |= {"transform": rasterio.Affine(*place.grid), "crs": crs, "nodata": math.nan}
-        profile |= {"compress": "deflate", "predictor": 3, "bigtiff": "if_safer"}
-        with self._failing():
-            self.file = rasterio.open(beside, "w", **profile)
-            self.file.update_tags(TIFFTAG_IMAGEDESCRIPTION=description)
-
-    def __enter__(self) -> GeoTiff:
-        return self
-
-    def write(self, rows: np.ndarray) -> None:
-        """Add rows below the earlier rows."""
-        end = self.row + len(rows)
-        with self._failing():
-            self.file.write(rows, 1, window=((self.row, end), (0, self.cols)))
-        self.row = end
-
-    def __exit__(self, *_: object) -> None:
-        with self._failing():
-            self.file.close()
-
-    @contextmanager
-    def _failing(self) -> Iterator[None]:
+        make_sure_of_space(beside, 4 * cols * rows)
+        with _failing(path):
+            file = rasterio.open(beside, "w", **profile)
+            file.update_tags(TIFFTAG_IMAGEDESCRIPTION=description)
         try:
-            with closed_environment():
-                yield
-        except gdal_failures() as error:
-            raise TerrainError(f"{self.path}: cannot write: {one_line(error)}") from None
+            yield write
+        finally:
+            with _failing(path):
+                file.close()
+
+
+@contextmanager
+def _failing(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Turn errors of rasterio into one line."""
+    try:
+        with closed_environment():
+            yield
+    except gdal_failures() as error:
+        raise TerrainError(f"{path}: cannot write: {one_line(error)}") from None
 
 
 def _steps(heights: np.ndarray, opening: dict[str, Any]) -> np.ndarray:
