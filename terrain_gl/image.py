@@ -3,7 +3,7 @@
 import os
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +114,8 @@ def writing_rows(
                 raise ValueError(f"expected {height} rows, got {done}")
         except BaseException:
             if beside.suffix.lower() == ".png" and done < height:  # libpng prints an error if a picture has no data
-                write(np.zeros((min(height - done, 1 + 2**22 // width), width, channels), TYPES[kind]))
+                with suppress(TerrainError):
+                    write(np.zeros((min(height - done, 1 + 2**22 // width), width, channels), TYPES[kind]))
             file.close()
             raise
         ensure(file.close())
