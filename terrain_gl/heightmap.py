@@ -40,8 +40,7 @@ class Heightmap:
     Parameters
     ----------
     heights : array_like, shape (rows, cols)
-        Metres, any real type; NaN, ±Inf and masked values are voids. A C-contiguous float32 array without ±Inf is not
-        copied.
+        Metres; NaN, ±Inf and masked values are voids. A C-contiguous float32 array without ±Inf is not copied.
     spacing_m : float or (east, north)
         Metres between neighbouring posts.
     name : str
@@ -51,16 +50,12 @@ class Heightmap:
     ----------
     heights : numpy.ndarray, float32, shape (rows, cols)
         Metres, NaN where void, C-contiguous.
-    spacing_m : (float, float)
-        Metres between posts, east and north.
     voids : int
         Number of void posts.
-    range_m : (float, float)
-        Lowest and highest height.
-    quantised_m : (float, float)
-        Lowest and highest height that the quantisation range must hold: `range_m`, or more after edits.
+    range_m, quantised_m : (float, float)
+        Lowest and highest height; and the range for the quantisation, which may be wider after edits.
     opened : dict, optional
-        The arguments of `open`, by name; None for a map that was not opened from a file, or was edited since.
+        The arguments of `open`; None for a map that was not opened from a file, or was edited since.
     assumes_spacing : bool
         The spacing is a guess: neither the file nor the caller gave one.
     scales : (float, float)
@@ -74,15 +69,12 @@ class Heightmap:
     exaggeration : float
         How many times higher the relief is drawn; see `exaggerated`.
     of_earth : bool
-        Whether the map may be of the Earth. False if no such heights exist on the Earth, the file has no coordinates,
-        and the caller gave no scale.
+        Whether the map may be of the Earth, by its heights, its coordinates and the scale that the caller gave.
 
     Raises
     ------
-    TerrainError
-        Not a 2-D array of at least 2 × 2 posts, all void, or heights beyond `MAX_HEIGHT_M`.
-    UsageError
-        Values that are not real numbers, or a spacing that is not positive.
+    TerrainError, UsageError
+        Not a 2-D array of at least 2 × 2 real numbers, all void, a height beyond `MAX_HEIGHT_M`, or a bad spacing.
     """
 
     exaggeration = 1.0
@@ -98,10 +90,17 @@ class Heightmap:
         self.assumes_spacing = False
         self.look = "auto"
         self.spacing_m = _spacing(spacing_m)
-        self.heights = _as_float32(real_heights(heights, name), name)
+        values = real_heights(heights, name)
+        if values.ndim != 2:
+            raise TerrainError(f"{name}: expected heights of shape (rows, cols), got {values.shape}")
+        check_size(values.shape[0], values.shape[1], name)
+        self.heights = _rounded(values, name)
         void = ~np.isfinite(self.heights)
         self.voids = int(np.count_nonzero(void))
-        self._mark_voids(void)
+        if self.voids == self.heights.size:
+            raise TerrainError(f"{name}: every post is void (no-data, NaN or Inf): check the no-data value")
+        if np.isinf(self.heights[void]).any():
+            self.heights = np.where(void, np.float32(np.nan), self.heights)
         self.range_m = self._checked(np.fmin.reduce(self.heights, None), np.fmax.reduce(self.heights, None))
         self.quantised_m = self.range_m
         self.of_earth = not not_of_the_earth(self.range_m)
@@ -142,24 +141,20 @@ class Heightmap:
         encoding : {"plain", "terrarium", "mapbox"}
             How pixels store heights: in one channel, or packed in the three channels of an 8-bit colour image.
         progress : function, optional
-            Called now and then with the progress, 0 to 1; an exception that it raises ends the reading.
+            Called with the progress, 0 to 1; an exception that it raises ends the reading.
         trusted : bool
-            Let GDAL open the file with any of its drivers, which may read other files and the network. By default only
-            the file itself, its headers beside it and, for a mosaic (.vrt), the files beside and below it are read.
+            Let GDAL follow the file to other files and the network: see docs/maps.md.
         band : int or str, optional
             The band that holds the heights, from 1, or its name, in a file with several bands.
         raw : (int, int), optional
             Columns and rows of a file without a header, in which each post is 1 or 2 bytes, or a 4-byte float.
         byte_order : {"little", "big"}, optional
-            Byte order of the numbers in such a file. By default the order that gives smoother land; if that is "big", a
-            note says so.
+            Byte order of the numbers in such a file; by default the order that gives smoother land.
 
         Raises
         ------
-        TerrainError
-            The file cannot be read, or does not hold a heightmap of at least 2 × 2 posts.
-        UsageError
-            An option is outside its range.
+        TerrainError, UsageError
+            The file is not a readable heightmap of at least 2 × 2 posts; or an option is outside its range.
         """
         reading = Reading(trusted, band, raw, byte_order, z_scale, z_offset_m, nodata, encoding)
         heightmap = cls._of_raster(open_raster(path, reading), reading, spacing_m, progress)
@@ -176,8 +171,6 @@ class Heightmap:
             A `Heightmap`; a path; a DataArray of xarray, with rioxarray or without; a dataset of rasterio; or an array.
         spacing_m : float or (east, north), optional
             Metres between posts; by default the spacing in the source, else 1.
-        name : str, optional
-            The map's name in messages.
 
         Raises
         ------
@@ -205,8 +198,7 @@ class Heightmap:
         progress: Callable[[float], None] | None = None,
     ) -> Heightmap:
         """Read all posts of a raster."""
-        rows, cols, _ = raster.shape
-        check_size(rows, cols, raster.name)
+        check_size(*raster.shape[:2], raster.name)
         known_m = spacing_m if spacing_m is not None else raster.spacing_m
         spacing = _spacing(1.0 if known_m is None else known_m)
         scales = reading.scales(raster)
@@ -217,7 +209,7 @@ class Heightmap:
             heights = without(heights, marks)
             notes = notes + words
         if reading.may_guess:
-            whole = partial(sample_of, lambda rows, cols: heights[rows, cols], heights.shape, rows)
+            whole = partial(sample_of, lambda rows, cols: heights[rows, cols], heights.shape, len(heights))
             guessed = guess(raster, whole, None if known_m is None else spacing)
             spacing = guessed.spacing_m
             if guessed.scale != 1:  # the product is rounded to float32 once
@@ -285,10 +277,8 @@ class Heightmap:
 
         Raises
         ------
-        UsageError
-            Values that are not real numbers.
-        TerrainError
-            Heights beyond `MAX_HEIGHT_M`, or every post would be void. The map is then unchanged.
+        TerrainError, UsageError
+            No real numbers, heights beyond `MAX_HEIGHT_M`, or every post would be void. The map is then unchanged.
         """
         new = _rounded(np.array(real_heights(heights, self.name), ndmin=2), self.name)
         new[~np.isfinite(new)] = np.nan
@@ -336,12 +326,6 @@ class Heightmap:
     def __repr__(self) -> str:
         low, high = self.range_m
         return f"<Heightmap {self.name}: {self.cols} x {self.rows} posts, {low:g} to {high:g} m, {self.voids} voids>"
-
-    def _mark_voids(self, void: np.ndarray) -> None:
-        if self.voids == self.heights.size:
-            raise TerrainError(f"{self.name}: every post is void (no-data, NaN or Inf): check the no-data value")
-        if np.isinf(self.heights[void]).any():
-            self.heights = np.where(void, np.float32(np.nan), self.heights)
 
     def _checked(self, low: float, high: float) -> Spacing:
         if max(-low, high) > MAX_HEIGHT_M:
@@ -403,14 +387,6 @@ def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.where(weight == 0, 0.0, weight * heights[row + south, col + east])  # 0 · NaN would be NaN
 
     return np.where(outside, np.nan, share(0, 0) + share(1, 0) + share(0, 1) + share(1, 1))
-
-
-def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
-    if heights.ndim != 2:
-        raise TerrainError(f"{name}: expected heights of shape (rows, cols), got {heights.shape}")
-    rows, cols = heights.shape
-    check_size(rows, cols, name)
-    return _rounded(heights, name)
 
 
 def _rounded(heights: np.ndarray, name: str) -> np.ndarray:

@@ -18,19 +18,7 @@ SCALES = ("spacing_m", "z_scale", "z_offset_m")
 
 @dataclass(frozen=True)
 class BundledMap:
-    """A map that comes with the program.
-
-    Attributes
-    ----------
-    path
-        The file.
-    spacing_m, z_scale, z_offset_m
-        As `Heightmap.open` takes them.
-    eye, target, fov_deg, sun
-        The first view, and the sun's azimuth and elevation in degrees.
-    look
-        The look of its land.
-    """
+    """A map that comes with the program: its scales, its first view with the sun, and the look of its land."""
 
     name: str
     path: str
@@ -40,7 +28,7 @@ class BundledMap:
     eye: Vector
     target: Vector
     fov_deg: float
-    sun: tuple[float, float]
+    sun: tuple[float, float]  # azimuth and elevation, degrees
     look: str
 
     @property
@@ -53,8 +41,13 @@ class BundledMap:
 def bundled() -> dict[str, BundledMap]:
     """All bundled maps by name."""
     maps = folder("heightmaps")
-    entries = json.loads((maps / "maps.json").read_text("utf-8"))
-    return {name: _bundled(name, str(maps / entry["file"]), entry) for name, entry in entries.items()}
+    found = {}
+    for name, entry in json.loads((maps / "maps.json").read_text("utf-8")).items():
+        view = entry["view"]
+        scales = entry["spacing_m"], entry["z_scale"], entry["z_offset_m"]
+        camera = tuple(view["eye"]), tuple(view["target"]), view["fov"], tuple(view["sun"])
+        found[name] = BundledMap(name, str(maps / entry["file"]), *scales, *camera, entry["look"])
+    return found
 
 
 def find_bundled(name_or_path: str) -> BundledMap | None:
@@ -97,13 +90,6 @@ def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap |
         heightmap.name = known.name
         heightmap.look = known.look
     return heightmap, None if given.keys() & set(SCALES) else known
-
-
-def _bundled(name: str, path: str, entry: dict[str, Any]) -> BundledMap:
-    view = entry["view"]
-    scales = entry["spacing_m"], entry["z_scale"], entry["z_offset_m"]
-    camera = tuple(view["eye"]), tuple(view["target"]), view["fov"]
-    return BundledMap(name, path, *scales, *camera, tuple(view["sun"]), entry["look"])
 
 
 def _same_file(known: str, path: str) -> bool:
