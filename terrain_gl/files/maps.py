@@ -45,8 +45,8 @@ def bundled() -> dict[str, BundledMap]:
     for name, entry in json.loads((maps / "maps.json").read_text("utf-8")).items():
         view = entry["view"]
         scales = entry["spacing_m"], entry["z_scale"], entry["z_offset_m"]
-        camera = tuple(view["eye"]), tuple(view["target"]), view["fov"], tuple(view["sun"])
-        found[name] = BundledMap(name, str(maps / entry["file"]), *scales, *camera, entry["look"])
+        eye, target, sun = (tuple(view[key]) for key in ("eye", "target", "sun"))
+        found[name] = BundledMap(name, str(maps / entry["file"]), *scales, eye, target, view["fov"], sun, entry["look"])
     return found
 
 

@@ -86,7 +86,7 @@ def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     rise = blocks.around(blocks.high, _REACH) - blocks.low
     places = blocks.best(np.where(blocks.inside, rise, -np.inf))[:_TRIES]
     lows = [blocks.floor(place) for place in places]
-    sights = [(low, blocks.highest(low, _REACH / 3, _REACH)) for low in lows]
+    sights = [(low, blocks.away(low, blocks.high, lowest=False)) for low in lows]
     eye, target = next((sight for sight in sights if _in_sight(heightmap, *sight)), sights[0])
     x, y, z = _world(heightmap, target)
     ground = _world(heightmap, eye)[2]
@@ -98,7 +98,9 @@ def ridge(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     blocks = _Blocks(heightmap)
     drop = blocks.high + blocks.around(-blocks.low, _REACH / 3)
     eye = blocks.post(blocks.best(np.where(blocks.inside, blocks.high + drop, -np.inf))[0], lowest=False)
-    x, y, _ = _world(heightmap, blocks.lowest_inward(eye, _REACH / 3, _REACH))
+    # towards the map's middle, where there is more land to see
+    inward = blocks.off_middle <= blocks.off_middle[eye[0] // blocks.side, eye[1] // blocks.side]
+    x, y, _ = _world(heightmap, blocks.away(eye, np.where(inward, -blocks.low, -np.inf), lowest=True))
     stand = _stand(heightmap, eye)
     down = math.tan(math.radians(8.0)) * math.hypot(x - stand[0], y - stand[1])
     return _look(heightmap, eye, (x, y, stand[2] - down), fov_deg)
@@ -259,33 +261,24 @@ class _Blocks:
 
     def floor(self, block: Post) -> Post:
         """Row and column of the post in a block whose highest neighbour is lowest: it is not at the foot of a cliff."""
-        row, col = self.side * block[0], self.side * block[1]
-        heights = self.heightmap.heights[max(0, row - 1) : row + self.side + 1, max(0, col - 1) : col + self.side + 1]
-        solid = np.where(np.isnan(heights), np.inf, heights)
-        if min(solid.shape) < 3:
-            return self.post(block, lowest=True)
-        walls = np.lib.stride_tricks.sliding_window_view(solid, (3, 3)).max((2, 3))
-        at = int(walls.argmin())
-        if not np.isfinite(walls.flat[at]):
-            return self.post(block, lowest=True)
-        return max(0, row - 1) + 1 + at // walls.shape[1], max(0, col - 1) + 1 + at % walls.shape[1]
+        row, col = max(0, self.side * block[0] - 1), max(0, self.side * block[1] - 1)
+        heights = self.heightmap.heights[row : self.side * (block[0] + 1) + 1, col : self.side * (block[1] + 1) + 1]
+        if min(heights.shape) >= 3:
+            solid = np.where(np.isnan(heights), np.inf, heights)
+            walls = np.lib.stride_tricks.sliding_window_view(solid, (3, 3)).max((2, 3))
+            at = int(walls.argmin())
+            if np.isfinite(walls.flat[at]):
+                return row + 1 + at // walls.shape[1], col + 1 + at % walls.shape[1]
+        return self.post(block, lowest=True)
 
-    def highest(self, post: Post, nearest: float, farthest: float) -> Post:
-        """The highest post of all blocks between two distances, given as shares of the map's longer side."""
-        return self._extreme(self.high, post, nearest, farthest, lowest=False)
-
-    def lowest_inward(self, post: Post, nearest: float, farthest: float) -> Post:
-        """The lowest post between two distances, towards the map's middle, where there is more land to see."""
-        off_middle = self.off_middle[post[0] // self.side, post[1] // self.side]
-        score = np.where(self.off_middle <= off_middle, -self.low, -np.inf)
-        return self._extreme(score, post, nearest, farthest, lowest=True)
-
-    def _extreme(self, score: np.ndarray, post: Post, nearest: float, farthest: float, lowest: bool) -> Post:
+    def away(self, post: Post, score: np.ndarray, lowest: bool) -> Post:
+        """The lowest or highest post of the block with the best score, from a third of `_REACH` to `_REACH` away."""
         rows, cols = np.indices(score.shape)
         away = np.hypot(rows - post[0] // self.side, cols - post[1] // self.side) / max(score.shape)
-        score = np.where((away >= nearest) & (away <= farthest), score, -np.inf)
+        score = np.where((away >= _REACH / 3) & (away <= _REACH), score, -np.inf)
         block = self.best(score)[0]
-        return self.post(block, lowest) if np.isfinite(score[block]) else _middle(self.heightmap)
+        middle = self.heightmap.rows // 2, self.heightmap.cols // 2
+        return self.post(block, lowest) if np.isfinite(score[block]) else middle
 
 
 def _on_map(heightmap: Heightmap, lon: float, lat: float) -> tuple[float, float]:
@@ -316,10 +309,6 @@ def _ground_m(heightmap: Heightmap, x: float, y: float) -> float:
 
 def _from_middle(n: int) -> np.ndarray:
     return (np.arange(n) + 0.5) / n * 2 - 1
-
-
-def _middle(heightmap: Heightmap) -> Post:
-    return heightmap.rows // 2, heightmap.cols // 2
 
 
 def _world(heightmap: Heightmap, post: Post) -> np.ndarray:
