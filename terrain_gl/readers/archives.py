@@ -40,7 +40,11 @@ def open_zip(path: str, name: str, opener: Opener) -> Raster:
 
     def unpack(folder: str) -> str:
         with zipfile.ZipFile(path) as archive:
-            inner = _only_map([member for member in archive.namelist() if not member.startswith("__MACOSX")], name)
+            members = [member for member in archive.namelist() if not member.startswith("__MACOSX")]
+            maps = [member for member in members if member.lower().endswith(MAPS)]
+            if len(maps) != 1:
+                raise TerrainError(f"{name}: holds {len(maps)} maps, not one: unpack it, and name a file of it")
+            inner = maps[0]
             within = os.path.dirname(inner)
             for member in archive.infolist():
                 if os.path.dirname(member.filename) == within and not member.is_dir():
@@ -49,13 +53,6 @@ def open_zip(path: str, name: str, opener: Opener) -> Raster:
         return os.path.basename(inner)
 
     return _unpacked(name, unpack, opener)
-
-
-def _only_map(members: list[str], name: str) -> str:
-    maps = [member for member in members if member.lower().endswith(MAPS)]
-    if len(maps) != 1:
-        raise TerrainError(f"{name}: holds {len(maps)} maps, not one: unpack it, and name a file of it")
-    return maps[0]
 
 
 def _unpacked(name: str, unpack: Callable[[str], str], opener: Opener) -> Raster:

@@ -16,27 +16,13 @@ from terrain_gl.readers.raster import MAX_CHANNELS, Band, listed, number_of
 
 @dataclass(frozen=True)
 class Bands:
-    """Which bands of a dataset are read, and how.
+    """Which bands of a dataset are read, and how. Bands are counted from 1."""
 
-    Attributes
-    ----------
-    heights : tuple of int
-        The bands of heights or colours, from 1.
-    alphas : tuple of int
-        Bands of opacity.
-    has_mask : bool
-        The first band has a mask besides its no-data value.
-    greys : numpy.ndarray, optional
-        The grey level of each index of a palette, and its opacity: (n, 2) uint8.
-    names : tuple of str
-        The file's names of the bands of `heights`; empty for bands without a name.
-    """
-
-    heights: tuple[int, ...]
-    alphas: tuple[int, ...] = ()
-    has_mask: bool = False
-    greys: np.ndarray | None = None
-    names: tuple[str, ...] = ()
+    heights: tuple[int, ...]  # bands of heights or colours
+    names: tuple[str, ...]  # the file's names of these bands; empty for bands without a name
+    alphas: tuple[int, ...]  # bands of opacity
+    has_mask: bool  # the first band has a mask besides its no-data value
+    greys: np.ndarray | None  # grey level and opacity of each index of a palette: (n, 2) uint8
 
     @property
     def has_opacity(self) -> bool:
@@ -90,7 +76,7 @@ def bands_of(data: Any, name: str, band: Band | None) -> Bands:
     alphas = tuple(alpha for alpha in alphas if alpha not in others)
     greys = _greys(data, others[0], name) if data.colorinterp[first] == ColorInterp.palette else None
     has_mask = _has_mask(data, first) or (greys is not None and data.nodatavals[first] is not None)
-    return Bands(others, alphas, has_mask, greys, tuple(names[i - 1] for i in others))
+    return Bands(others, tuple(names[i - 1] for i in others), alphas, has_mask, greys)
 
 
 def _name(data: Any, band: int) -> str:
@@ -112,13 +98,7 @@ def _has_mask(data: Any, first: int) -> bool:
 
 
 def _greys(data: Any, band: int, name: str) -> np.ndarray:
-    """The grey levels of a palette.
-
-    Raises
-    ------
-    TerrainError
-        The palette has colours other than greys.
-    """
+    """The grey levels of a palette; `TerrainError` if it has other colours."""
     palette: dict[int, Sequence[int]] = data.colormap(band)
     entries = np.zeros((max(palette, default=0) + 1, 4), np.uint8)
     for index, colour in palette.items():

@@ -73,10 +73,6 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
 
     Parameters
     ----------
-    path : str
-        The file.
-    name : str
-        The file's name in messages.
     trusted : bool
         Let GDAL use all its drivers, which may read other files and the network.
     band : int or str, optional
@@ -88,9 +84,8 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
         rasterio is missing, no allowed driver reads the file, or it holds no map.
     """
     if not has_rasterio():
-        raise TerrainError(
-            f"{name}: is not PNG, TIFF, EXR, HDR, NPY or HGT: if it is another kind that GDAL reads, {INSTALL_GEO}"
-        )
+        others = "is not PNG, TIFF, EXR, HDR, NPY or HGT: if it is another kind that GDAL reads"
+        raise TerrainError(f"{name}: {others}, {INSTALL_GEO}")
     try:
         with _environment(trusted):
             data, of_layer = open_layer(path, name, trusted, band)
@@ -98,7 +93,10 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
             blocks = _closed_after(data, _gdal_blocks(data, name, bands, partial(_environment, trusted)))
             return _raster(data, name, bands, blocks)
     except gdal_failures() as error:
-        raise _unreadable(name, error, trusted) from None
+        unknown = "not recognized" in str(error)
+        reason = "not a format that is read here" if unknown else one_line(error)
+        advice = f"give PNG, TIFF, EXR, HDR, NPY, HGT{f'; {TRUST}' if unknown and not trusted else ''}"
+        raise TerrainError(f"{name}: is not a readable heightmap ({reason}): {advice}") from None
 
 
 def open_dataset(data: Any, name: str, band: Band | None = None) -> Raster:
@@ -127,7 +125,7 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
 
 
 def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
-    """The place of a dataset, from its transform or from ground control points on a grid; and notes for the user.
+    """The place of a dataset, from its transform or from ground control points; and notes for the user.
 
     Raises
     ------
@@ -135,7 +133,11 @@ def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
         Only ground control points give the place, and they lie on no grid.
     """
     size = data.width, data.height
-    place = Georeference(Grid(*data.transform[:6]), _crs(data), size)
+    try:
+        crs = data.crs
+    except gdal_failures():
+        crs = None
+    place = Georeference(Grid(*data.transform[:6]), crs, size)
     if not place.grid.tells_nothing:
         return place, ()
     points, crs = data.gcps
@@ -269,28 +271,11 @@ def _is_companion(entry: os.DirEntry[str], folder: str) -> bool:
     return regular and (not entry.is_symlink() or os.path.dirname(os.path.realpath(entry.path)) == folder)
 
 
-def _unreadable(name: str, error: Exception, trusted: bool) -> TerrainError:
-    unknown = "not recognized" in str(error)
-    reason = "not a format that is read here" if unknown else one_line(error)
-    advice = "give PNG, TIFF, EXR, HDR, NPY, HGT"
-    if unknown and not trusted:
-        advice += f"; {TRUST}"
-    return TerrainError(f"{name}: is not a readable heightmap ({reason}): {advice}")
-
-
 def _description(data: Any) -> str:
     try:
         return str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
     except UnicodeDecodeError:
         return ""
-
-
-def _crs(data: Any) -> Any:
-    """The dataset's coordinate system; None if rasterio cannot parse it."""
-    try:
-        return data.crs
-    except gdal_failures():
-        return None
 
 
 def _gdal_blocks(data: Any, name: str, bands: Bands, environment: Callable[[], AbstractContextManager[Any]]) -> Blocks:
@@ -303,13 +288,7 @@ def _gdal_blocks(data: Any, name: str, bands: Bands, environment: Callable[[], A
 
 
 def read_pixels(data: Any, name: str, bands: Bands, window: Any, size: tuple[int, int] | None = None) -> np.ndarray:
-    """Pixels of a window of a dataset: see `Bands.read`.
-
-    Raises
-    ------
-    TerrainError
-        The file is damaged.
-    """
+    """Pixels of a window of a dataset: see `Bands.read`. `TerrainError` if the file is damaged."""
     try:
         return bands.read(data, window, size)
     except gdal_failures() as error:

@@ -16,7 +16,7 @@ _DOWN = ("y", "lat", "latitude", "northing", "projection_y_coordinate")
 
 
 def raster_of(source: Any, name: str) -> Raster | None:
-    """An object of xarray or a rasterio dataset as a raster; None for any other object.
+    """An object of xarray or a rasterio dataset as a raster; None for any other object. Lazy arrays are computed.
 
     Raises
     ------
@@ -26,7 +26,8 @@ def raster_of(source: Any, name: str) -> Raster | None:
     if _has(source, "read", "transform", "nodatavals", "descriptions"):
         return open_dataset(source, name)
     if is_labelled(source):
-        return _of_array(source, name)
+        array, raster = lazy_array(source, name)
+        return replace(raster, blocks=_blocks(np.asarray(array.values)))
     return None
 
 
@@ -39,21 +40,13 @@ def _has(source: Any, *names: str) -> bool:
     return all(hasattr(source, each) for each in names)
 
 
-def _of_array(array: Any, name: str) -> Raster:
-    """Heights, coordinates, unit and no-data value of an xarray object. Lazy arrays are computed here."""
-    array, raster = lazy_array(array, name)
-    return replace(raster, blocks=_blocks(np.asarray(array.values)))
-
-
 def _only_variable(dataset: Any, name: str) -> Any:
-    """The only variable of a Dataset that is a map, as a DataArray with the coordinate system that it names.
-
-    Raises
-    ------
-    TerrainError
-        There are several such variables, or none.
-    """
-    layers = {key: array for key, array in dataset.data_vars.items() if _is_layer(array)}
+    """The only variable of a Dataset that is a map, as a DataArray with the coordinate system that it names."""
+    layers = {
+        key: array
+        for key, array in dataset.data_vars.items()
+        if None not in (_dimension(array, _ACROSS), _dimension(array, _DOWN)) and array.dtype.kind in "iuf"
+    }
     if len(layers) != 1:
         every = ", ".join(map(str, layers or dataset.data_vars)) or "none"
         raise TerrainError(
@@ -62,12 +55,6 @@ def _only_variable(dataset: Any, name: str) -> Any:
     array = next(iter(layers.values()))
     mapping = array.attrs.get("grid_mapping", array.encoding.get("grid_mapping"))
     return array.assign_coords({mapping: dataset[mapping]}) if mapping in dataset.data_vars else array
-
-
-def _is_layer(array: Any) -> bool:
-    across = _dimension(array, _ACROSS)
-    down = _dimension(array, _DOWN)
-    return None not in (across, down) and array.dtype.kind in "iuf"
 
 
 def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:

@@ -23,15 +23,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Place:
-    """Where a map lies.
-
-    Attributes
-    ----------
-    georeference
-        Grid, coordinate system, columns and rows of the map.
-    spacing_m
-        Metres between posts, east and north.
-    """
+    """Where a map lies: its georeference, and metres between posts, east and north."""
 
     georeference: Georeference
     spacing_m: Spacing
@@ -108,8 +100,8 @@ class Place:
 
         Raises
         ------
-        TerrainError
-            The coordinate system is unknown, pyproj is missing, or the place has no such coordinates.
+        TerrainError, UsageError
+            pyproj is missing; the coordinate system is unknown, or the place has no such coordinates.
         """
         return self._turned(self.to_map(x, y), "FORWARD")
 

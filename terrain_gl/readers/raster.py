@@ -94,36 +94,16 @@ def north_up(blocks: Blocks, rows: int) -> Blocks:
 
 
 def one_band(raster: Raster, band: Band) -> Raster:
-    """Keep one channel, by its number or its name, and the opacity.
-
-    Raises
-    ------
-    TerrainError
-        There is no such channel.
-    """
+    """Keep one channel, by its number or its name, and the opacity; `TerrainError` if there is no such channel."""
     names = raster.bands or ("",) * raster.colours
     kept = number_of(band, names, raster.name) - 1
     keep = [kept, raster.shape[2] - 1] if raster.has_alpha else [kept]
     shape = (*raster.shape[:2], len(keep))
-    blocks = _channels(raster.blocks, keep)
-    return replace(raster, shape=shape, blocks=blocks, bands=(names[kept],))
+    return replace(raster, shape=shape, blocks=_channels(raster.blocks, keep), bands=(names[kept],))
 
 
 def number_of(band: Band, names: Sequence[str], file: str) -> int:
-    """The number of a band, from 1.
-
-    Parameters
-    ----------
-    names : sequence of str
-        The names of all bands.
-    file : str
-        The file's name in messages.
-
-    Raises
-    ------
-    TerrainError
-        There is no such band.
-    """
+    """The number of a band, from 1, among bands with these names; `TerrainError` if there is no such band."""
     number = names.index(band) + 1 if band in names else int(band) if str(band).isdecimal() else 0
     if not 1 <= number <= len(names):
         raise TerrainError(f"{file}: {listed(names)}: there is no band {band}")
