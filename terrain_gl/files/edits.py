@@ -21,7 +21,7 @@ from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
 from ..readers.georeference import Georeference
 from ..readers.place import check_crs
-from ..readers.raster import has_rasterio
+from ..readers.raster import has_rasterio, one_line
 from ..readers.windows import RasterFile, corner_on
 from .writers import heightmap_file
 
@@ -32,13 +32,7 @@ Tiles = dict[tuple[int, int], np.ndarray]
 
 
 def edits_of(heightmap: Heightmap) -> EditedMap:
-    """A map as a store with edits.
-
-    Raises
-    ------
-    UsageError
-        The map is no store, or has no edits.
-    """
+    """A map as a store with edits; `UsageError` if the map is no store, or has no edits."""
     if not heightmap.is_store:
         raise UsageError(f"{heightmap.name}: is no store: save the whole map")
     if not isinstance(heightmap, EditedMap) or not heightmap.is_edited:
@@ -49,12 +43,8 @@ def edits_of(heightmap: Heightmap) -> EditedMap:
 def check_edits_name(path: str | os.PathLike[str], heightmap: Heightmap) -> None:
     """Refuse a file name under which edits of this store cannot be saved.
 
-    Raises
-    ------
-    UsageError
-        An unknown ending, or a GeoTIFF of a store whose place is not known.
-    TerrainError
-        A GeoTIFF needs rasterio.
+    The name has an unknown ending; or it is that of a GeoTIFF, but the store's place is not known, or rasterio is
+    missing.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in (*PATCH, *WINDOW):
@@ -66,19 +56,12 @@ def check_edits_name(path: str | os.PathLike[str], heightmap: Heightmap) -> None
 
 
 def write_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> None:
-    """Write the edits of a store. The file appears only when it is complete.
-
-    Parameters
-    ----------
-    path
-        `.tif`, `.tiff`: a GeoTIFF window of float32 metres. `.npz`: a patch file.
+    """Write the edits of a store: `.tif` or `.tiff` is a GeoTIFF of float32 metres, `.npz` a patch file.
 
     Raises
     ------
-    UsageError
-        There are no edits, or the name does not fit: see `check_edits_name`.
-    TerrainError
-        The file cannot be written.
+    TerrainError, UsageError
+        There are no edits, the name does not fit (`check_edits_name`), or the file cannot be written.
     """
     edited = edits_of(heightmap)
     check_edits_name(path, edited)
@@ -134,10 +117,8 @@ def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Edit]
 
     Raises
     ------
-    UsageError
-        The map is no store, or the file's name has an unknown ending.
-    TerrainError
-        The file cannot be read, or belongs to another store.
+    TerrainError, UsageError
+        The map is no store; or the file has an unknown ending, cannot be read, or belongs to another store.
     """
     if not heightmap.is_store:
         raise UsageError(f"{path}: edits are for a store, and {heightmap.name} is none")
@@ -187,15 +168,10 @@ def _arrays(path: str) -> dict[str, Any]:
             found = {name: file[name] for name in ("format", "store", "shape", "tiles", "heights")}
         heights = found["heights"]
         tiles = found["tiles"]
-        fits = heights.ndim == 3 and heights.dtype == np.float32 and tiles.shape == (len(heights), 2)
-        if (
-            not fits
-            or heights.shape[1] != heights.shape[2]
-            or tiles.dtype.kind != "i"
-            or int(found["format"]) != _FORMAT
-        ):
+        square = heights.ndim == 3 and heights.shape[1] == heights.shape[2]
+        fits = tiles.shape == (len(heights), 2) and int(found["format"]) == _FORMAT
+        if not (square and fits and heights.dtype == np.float32 and tiles.dtype.kind == "i"):
             raise ValueError("its arrays do not fit together")
     except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile) as error:
-        reason = " ".join(str(error).split())[:80]
-        raise TerrainError(f"{path}: is not a file of edits ({reason}): save_edits writes one") from None
+        raise TerrainError(f"{path}: is not a file of edits ({one_line(error)}): save_edits writes one") from None
     return found

@@ -29,21 +29,12 @@ FORMATS: dict[str, Format] = {**OF_FILES, ".html": land_page}
 def land_mesh(
     heightmap: Heightmap, triangles: np.ndarray, heights: np.ndarray, voids: str = "fill", weld: bool = True
 ) -> Mesh:
-    """Mesh of the triangles of a frame, (m, 3, 2) columns and rows, with its map's spacing and place.
-
-    Parameters
-    ----------
-    heights
-        As for `make_mesh`.
-    voids
-        "fill", or "hole" to leave out what is void.
+    """Mesh of the triangles of a frame: see `make_mesh`. Voids are left out if `voids` is "hole", not if it is "fill".
 
     Raises
     ------
-    TerrainError
-        No triangle is left without voids.
-    UsageError
-        The map is too large to look for all its voids.
+    TerrainError, UsageError
+        No triangle is left without voids; or the map is too large to look for all its voids.
     """
     void = None
     if voids == "hole" and heightmap.voids:
@@ -98,17 +89,10 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[flo
 
     The texture is inside a .glb or .html file; beside a .ply or .obj it is a file of its own, `files_beside`.
 
-    Parameters
-    ----------
-    progress
-        Called with the part done, 0 to 1.
-
     Raises
     ------
-    TerrainError
-        The file cannot be written, or the mesh is too large for its format.
-    UsageError
-        An unknown format, or a texture in a format without textures.
+    TerrainError, UsageError
+        The file cannot be written, the format is unknown, or the mesh or its texture does not fit into it.
     """
     path = Path(path)
     pieces = mesh_format(path)(mesh, path.stem)
@@ -132,13 +116,7 @@ def mesh_format(path: str | os.PathLike[str]) -> Format:
 
 
 def files_beside(path: str | os.PathLike[str]) -> list[Path]:
-    """Further files that a mesh with a texture needs, beside the mesh file itself.
-
-    Raises
-    ------
-    UsageError
-        The format has no texture.
-    """
+    """Further files that a mesh with a texture needs beside its own; `UsageError` if the format has no texture."""
     path = Path(path)
     endings = {".ply": (".png",), ".obj": (".png", ".mtl"), ".glb": (), ".html": ()}
     if path.suffix.lower() not in endings:

@@ -33,25 +33,18 @@ class Stamp(NamedTuple):
 def furniture(
     size: tuple[int, int], camera: Camera, away_m: float, title: str, ramp: Ramp | None = None, unit: str = ""
 ) -> list[Stamp]:
-    """The furniture of a picture.
+    """The furniture of a picture. `TerrainError` if there is no font.
 
     Parameters
     ----------
     size
         Width and height of the picture in pixels. Above a height of 720 pixels, furniture grows with the height.
-    camera
-        The view.
     away_m
         Metres to the land in mid-picture, where the scale bar is correct (`land_ahead_m`); NaN for no bar.
     title
         Text of the title; "" for none.
     ramp, unit
         The legend's colours, and the unit of its numbers.
-
-    Raises
-    ------
-    TerrainError
-        There is no font.
     """
     px = _type_px(16, size)
     gap = px
@@ -71,18 +64,13 @@ def furniture(
 
 
 def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float, bool]]) -> list[Stamp]:
-    """Names at columns and rows; a name that would cover an earlier name is left out.
+    """Names in a picture; a name that would cover an earlier name is left out. `TerrainError` if there is no font.
 
     Parameters
     ----------
     names
         For each the text, a column, a row, and whether the middle of the text is there; otherwise the text begins at
         the lower right of this place.
-
-    Raises
-    ------
-    TerrainError
-        There is no font.
     """
     px = _type_px(14, size)
     stamps: list[Stamp] = []
@@ -102,13 +90,8 @@ def _type_px(px: int, size: tuple[int, int]) -> int:
 
 
 def _overlap(one: Stamp, other: Stamp) -> bool:
-    return all(
-        mine < theirs + there and theirs < mine + here
-        for mine, here, theirs, there in (
-            (one.left, one.pixels.shape[1], other.left, other.pixels.shape[1]),
-            (one.top, one.pixels.shape[0], other.top, other.pixels.shape[0]),
-        )
-    )
+    across = one.left < other.left + other.pixels.shape[1] and other.left < one.left + one.pixels.shape[1]
+    return across and one.top < other.top + other.pixels.shape[0] and other.top < one.top + one.pixels.shape[0]
 
 
 def stamp(rows: np.ndarray, first: int, stamps: list[Stamp]) -> None:

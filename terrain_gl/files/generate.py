@@ -13,7 +13,6 @@ import os
 import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import moderngl
 import numpy as np
@@ -38,14 +37,12 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Land:
-    """The parameters of generated land.
+    """The parameters of generated land. `UsageError` if a value is out of its range.
 
     Attributes
     ----------
-    cols, rows
-        Posts, 2 to 16384.
-    seed
-        0 to 16777215; each seed gives another land.
+    cols, rows, seed
+        Posts, 2 to 16384; and a number from 0 to 16777215, each of which gives another land.
     cliffs
         From 0 (rolling hills) to 1 (tablelands cut by canyons).
     octaves
@@ -58,11 +55,6 @@ class Land:
         Metres between posts, at most the relief.
     recipe
         "canyon", or "alpine": ranges of ridges, which do not depend on the cliffs.
-
-    Raises
-    ------
-    UsageError
-        A value out of its range.
     """
 
     cols: int
@@ -122,15 +114,11 @@ def write_land(
     path
         `.png`: 16 bits, in steps of `land.z_scale` metres; `.tif`, `.tiff`, `.exr`: metres. The file's description has
         the options for opening it.
-    progress
-        Called with the part done, 0 to 1.
 
     Raises
     ------
-    UsageError
-        An unknown ending.
-    TerrainError
-        The file cannot be written.
+    TerrainError, UsageError
+        The file cannot be written, or its name has an unknown ending.
     """
     suffix = format_of(path)
     unit = land.z_scale if FORMATS[suffix] == "uint16" else 1.0
@@ -166,7 +154,10 @@ def bands_of(
     try:
         for first in range(0, land.rows, rows):
             size = land.cols, min(rows, land.rows - first)
-            _set(kernel, land, size, first)
+            uniforms = {"size": size, "first_row": first, "step": step_of(land), "seed": land.seed}
+            uniforms |= {"cliffs": land.cliffs, "octaves": land.octaves_made, "recipe": RECIPES.index(land.recipe)}
+            for name, value in uniforms.items():
+                kernel[f"u_{name}"] = value
             bind("generate/heights.comp", Heights=buffer)
             kernel.run(-(-size[0] // GROUP), size[1])
             ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
@@ -184,16 +175,6 @@ def stored(band: np.ndarray, land: Land, suffix: str) -> np.ndarray:
     if FORMATS[suffix] == "uint16":
         return np.rint(steps).astype(np.uint16)
     return (np.rint(steps * FINER) * (land.z_scale / FINER)).astype(np.float32)
-
-
-def _set(kernel: Any, land: Land, size: tuple[int, int], first_row: int) -> None:
-    kernel["u_size"] = size
-    kernel["u_first_row"] = first_row
-    kernel["u_step"] = step_of(land)
-    kernel["u_seed"] = land.seed
-    kernel["u_cliffs"] = land.cliffs
-    kernel["u_octaves"] = land.octaves_made
-    kernel["u_recipe"] = RECIPES.index(land.recipe)
 
 
 def step_of(land: Land) -> float:

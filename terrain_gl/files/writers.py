@@ -45,10 +45,8 @@ def write_heightmap(path: str | os.PathLike[str], heightmap: Heightmap) -> dict[
 
     Raises
     ------
-    UsageError
-        An unknown ending.
-    TerrainError
-        The file cannot be written.
+    TerrainError, UsageError
+        The file cannot be written, or its name has an unknown ending.
     """
     suffix = format_of(path)
     opening = opening_of(heightmap, suffix)
