@@ -20,33 +20,15 @@ _NO_LINES = np.zeros(0), np.zeros(0)
 
 
 class Cut(NamedTuple):
-    """The remaining part of a mesh.
+    """The remaining part of a mesh."""
 
-    Attributes
-    ----------
-    posts
-        (n, 2) float64 columns and rows of the vertices. The vertices of the uncut mesh come first.
-    faces
-        (m, 3) indices of vertices.
-    heights_m
-        (n,) float64 heights of the vertices.
-    """
-
-    posts: np.ndarray
-    faces: np.ndarray
-    heights_m: np.ndarray
+    posts: np.ndarray  # (n, 2) float64 columns and rows of the vertices; those of the uncut mesh come first
+    faces: np.ndarray  # (m, 3) indices of vertices
+    heights_m: np.ndarray  # (n,) float64 heights of the vertices
 
 
 def cut_voids(posts: np.ndarray, faces: np.ndarray, heights_m: np.ndarray, void: np.ndarray) -> Cut:
-    """The part of a mesh over cells without a void corner.
-
-    Parameters
-    ----------
-    posts, faces, heights_m
-        As in `Cut`; vertices are shared.
-    void
-        (rows, cols) bool, of the posts.
-    """
+    """The part of a mesh over cells without a void corner. Its vertices are shared; `void` is (rows, cols) of posts."""
     cells = void[:-1, :-1] | void[:-1, 1:] | void[1:, :-1] | void[1:, 1:]
     corners = posts[faces]
     low = np.floor(corners.min(1)).astype(np.int64)

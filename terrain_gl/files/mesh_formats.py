@@ -28,40 +28,18 @@ _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes"
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles over a map.
+    """Triangles over a map."""
 
-    Attributes
-    ----------
-    posts
-        (n, 2) columns and rows of the vertices, see `mesh.vertex_heights`.
-    faces
-        (m, 3) uint32 indices of vertices, counter-clockwise from above.
-    heights
-        (rows, cols) float32 metres, without voids.
-    spacing_m
-        Metres between posts, east and north.
-    place
-        Where the map lies; it is recorded in the file.
-    texture
-        The map seen from straight above, as a PNG file (for a page, a JPEG file). It reaches half a cell beyond the
-        outermost posts.
-    within_m
-        Certified largest error of height; None if there is no such bound, as for the mesh of a view.
-    print_mm
-        Longer side of the map in a format for printing.
-    vertices_m
-        (n,) heights of the vertices; None if they have the map's heights at their places.
-    """
-
-    posts: np.ndarray
-    faces: np.ndarray
-    heights: np.ndarray
-    spacing_m: tuple[float, float]
-    place: Place | None = None
+    posts: np.ndarray  # (n, 2) columns and rows of the vertices: see `mesh.vertex_heights`
+    faces: np.ndarray  # (m, 3) uint32 indices of vertices, counter-clockwise from above
+    heights: np.ndarray  # (rows, cols) float32 metres, without voids
+    spacing_m: tuple[float, float]  # metres between posts, east and north
+    place: Place | None = None  # where the map lies; it is recorded in the file
+    # the map seen from straight above, half a cell beyond the outermost posts: a PNG file, or for a page a JPEG file
     texture: bytes | None = None
-    within_m: float | None = None
-    print_mm: float = PRINT_MM
-    vertices_m: np.ndarray | None = None
+    within_m: float | None = None  # certified largest error of height; None for the mesh of a view, which has no bound
+    print_mm: float = PRINT_MM  # longer side of the map in a format for printing
+    vertices_m: np.ndarray | None = None  # (n,) heights of the vertices; None if they are the map's at their places
 
     def tops_m(self, part: slice) -> np.ndarray:
         """(k,) heights of some vertices."""
@@ -89,6 +67,10 @@ class Mesh:
         """(k, 3) float64 unit normals of the land, upwards."""
         east, north = self.slopes(part).T
         return _unit(np.stack([-east, -north, np.ones(len(east))], -1))
+
+    def texture_upwards(self, part: slice) -> np.ndarray:
+        """(k, 2) float64 places in a picture of the map, from 0 to 1: to the right and up."""
+        return self.texture_places(part) * [1, -1] + [0, 1]
 
     def texture_places(self, part: slice) -> np.ndarray:
         """(k, 2) float64 places in a picture of the map, from 0 to 1: to the right and down."""
@@ -154,17 +136,13 @@ def _ply(mesh: Mesh, name: str) -> Iterator[bytes]:
         vertices = np.empty(part.stop - part.start, _VERTEX)
         vertices["place"] = mesh.world(part)
         vertices["normal"] = mesh.normals(part)
-        vertices["texture"] = _upwards(mesh.texture_places(part))
+        vertices["texture"] = mesh.texture_upwards(part)
         yield vertices.tobytes()
     for part in _parts(len(mesh.faces)):
         faces = np.empty(part.stop - part.start, _FACE)
         faces["n"] = 3
         faces["vertices"] = mesh.faces[part]
         yield faces.tobytes()
-
-
-def _upwards(places: np.ndarray) -> np.ndarray:
-    return places * [1, -1] + [0, 1]
 
 
 def _ascii(name: str) -> str:
@@ -180,7 +158,7 @@ def _obj(mesh: Mesh, name: str) -> Iterator[bytes]:
     lines += [f"mtllib {_ascii(name)}.mtl", "usemtl land"] if mesh.texture else []
     yield ("\n".join(lines) + "\n").encode("ascii")
     for part in _parts(len(mesh.posts)):
-        rows = np.concatenate([mesh.world(part), _upwards(mesh.texture_places(part)), mesh.normals(part)], -1)
+        rows = np.concatenate([mesh.world(part), mesh.texture_upwards(part), mesh.normals(part)], -1)
         lines_of = "v %.15g %.15g %.9g\nvt %.9g %.9g\nvn %.7g %.7g %.7g\n"
         yield (lines_of * len(rows) % tuple(rows.ravel().tolist())).encode("ascii")
     for part in _parts(len(mesh.faces)):

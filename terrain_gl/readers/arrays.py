@@ -102,38 +102,29 @@ def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str
     if each not in _RAW_TYPES or each * cols * rows != length:
         raise TerrainError(f"{name}: {length} bytes are not {cols} x {rows} posts of 1, 2 or 4 bytes: give --raw WxH")
     notes: tuple[str, ...] = ()
+    sample = _in_the_middle(path, each, cols)
     if byte_order is None:
-        byte_order = "big" if each > 1 and _is_big_endian(path, each, cols) else "little"
+        rough = {order: _roughness(sample.view(f"{ORDERS[order]}i{each}")[..., 0]) for order in ORDERS}
+        byte_order = "big" if rough["big"] < _SMOOTHER * rough["little"] else "little"
         if byte_order == "big":
             notes = ("its land is smooth with the big end of numbers first: --byte-order little is the other way",)
     dtype = np.dtype(ORDERS[byte_order] + _RAW_TYPES[each])
-    if each == 2 and _is_signed(path, dtype, cols):
-        dtype = np.dtype(dtype.str.replace("u", "i"))
-        notes += ("its land is smooth with signed numbers: heights below 0 count as such",)
+    if each == 2:
+        unsigned, signed = (_variation(values) for values in _by_sign(sample.view(dtype)[..., 0]))
+        if signed < _SMOOTHER * unsigned:  # without the sign, heights below 0 are the highest
+            dtype = np.dtype(dtype.str.replace("u", "i"))
+            notes += ("its land is smooth with signed numbers: heights below 0 count as such",)
     shape = (rows, cols, 1)
     return Raster(name, shape, dtype, _npy_blocks(path, dtype, shape, 0, True), notes=notes)
 
 
-def _is_big_endian(path: str, each: int, cols: int) -> bool:
-    """Whether the land is much smoother with big-endian numbers: in the wrong order, neighbours differ at random."""
-    big, little = (_roughness(_in_the_middle(path, np.dtype(f"{order}i{each}"), cols), each) for order in "><")
-    return big < _SMOOTHER * little
-
-
-def _is_signed(path: str, unsigned: np.dtype, cols: int) -> bool:
-    """Whether the land is much smoother with signed numbers: without the sign, heights below 0 are the highest."""
-    bits = _in_the_middle(path, unsigned, cols)
-    as_unsigned, as_signed = (_variation(values) for values in _by_sign(bits))
-    return as_signed < _SMOOTHER * as_unsigned
-
-
-def _in_the_middle(path: str, dtype: np.dtype, cols: int) -> np.ndarray:
-    """Rows in the middle of a file without a header."""
-    rows = max(1, _SAMPLE_BYTES // (dtype.itemsize * cols))
+def _in_the_middle(path: str, each: int, cols: int) -> np.ndarray:
+    """Bytes of rows in the middle of a file without a header: (rows, cols, each) uint8."""
+    row_bytes = each * cols
+    rows = max(1, _SAMPLE_BYTES // row_bytes)
     with open(path, "rb") as file:
-        file.seek(max(0, os.path.getsize(path) // dtype.itemsize // cols - rows) // 2 * dtype.itemsize * cols)
-        content = file.read(rows * cols * dtype.itemsize)
-    return np.frombuffer(content, dtype).reshape(-1, cols)
+        file.seek(max(0, os.path.getsize(path) // row_bytes - rows) // 2 * row_bytes)
+        return np.frombuffer(file.read(rows * row_bytes), np.uint8).reshape(-1, cols, each)
 
 
 def _by_sign(bits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -147,9 +138,12 @@ def _variation(values: np.ndarray) -> float:
     return float(np.abs(np.diff(values, axis=1)).mean()) if values.shape[1] > 1 else 0.0
 
 
-def _roughness(bits: np.ndarray, each: int) -> float:
-    """Mean difference of neighbours along rows, as a share of the range; between floats, the floats are counted."""
-    if each == 2:
+def _roughness(bits: np.ndarray) -> float:
+    """Mean difference of neighbours along rows, as a share of the range; between floats, the floats are counted.
+
+    In the wrong byte order, neighbours differ at random.
+    """
+    if bits.itemsize == 2:
         order = min(_by_sign(bits), key=_variation)
     else:  # a float's place in the order of all floats; of two negative floats, the lower one has the larger bits
         order = bits.astype(np.int64)
