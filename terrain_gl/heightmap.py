@@ -350,13 +350,7 @@ class Heightmap:
 
 
 def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
-    """Real numbers of any type as an array of any shape; masked values become NaN.
-
-    Raises
-    ------
-    UsageError
-        Complex numbers, text, rows of different lengths, or other values that are no heights.
-    """
+    """Real numbers of any type as an array of any shape; masked values become NaN. `UsageError` for other values."""
     try:
         values: np.ndarray = heights if isinstance(heights, np.ma.MaskedArray) else np.asarray(heights)
     except ValueError:

@@ -141,13 +141,7 @@ def file_bytes(pixels: np.ndarray, ending: str) -> bytes:
 
 
 def read_image(path: str | os.PathLike[str], most_pixels: int = 1 << 28) -> np.ndarray:
-    """(height, width, channels) pixels, as they are stored in the file.
-
-    Raises
-    ------
-    TerrainError
-        The file is not a complete picture, or has more than `most_pixels` pixels.
-    """
+    """(height, width, channels) pixels as they are stored; `TerrainError` if the picture is incomplete or too large."""
     check_input(path, "name a picture")
     as_it_is = oiio.ImageSpec()
     as_it_is.attribute("oiio:UnassociatedAlpha", 1)
@@ -169,12 +163,7 @@ def read_image(path: str | os.PathLike[str], most_pixels: int = 1 << 28) -> np.n
 def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Picture of the difference of two pictures: (height, width, 3) uint8, 8 times the largest difference of a channel.
 
-    The pictures have one type: integers, or floats with a full scale of 1.
-
-    Raises
-    ------
-    ValueError
-        The shapes differ.
+    The pictures have one shape and one type: integers, or floats with a full scale of 1.
     """
     if one.shape != other.shape:
         raise ValueError(f"expected pictures of one shape, got {one.shape} and {other.shape}")
@@ -199,12 +188,9 @@ def srgb_from_linear(light: np.ndarray) -> np.ndarray:
 
 
 def reduced(pixels: np.ndarray, n: int) -> np.ndarray:
-    """Reduce an 8-bit sRGB picture n times along each side. A new pixel has the mean linear light and alpha of n × n.
+    """Reduce an 8-bit sRGB picture n times along each side, which must be multiples of n.
 
-    Raises
-    ------
-    ValueError
-        A side is not a multiple of n.
+    A new pixel has the mean linear light and alpha of n × n pixels.
     """
     height, width, channels = pixels.shape
     if height % n or width % n:

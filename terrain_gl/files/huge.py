@@ -30,15 +30,8 @@ def sample(
 ) -> tuple[Heightmap, str]:
     """A coarse sample of a large raster, and one line that offers a store.
 
-    Parameters
-    ----------
-    spacing_m
-        Metres between posts, if the caller knows them better than the file.
-
-    Raises
-    ------
-    TerrainError
-        GDAL, which alone can read a part of such a file, does not open it.
+    `spacing_m` replaces the spacing in the file. `TerrainError` if GDAL, which alone can read a part of such a file,
+    does not open it.
     """
     file = RasterFile(os.fspath(path), reading)
     file.voids_m = file.find_voids()
@@ -50,13 +43,9 @@ def sample(
     heights = file.sample((math.ceil(rows / step), math.ceil(cols / step)))
     if heights is None:
         raise TerrainError(f"{size}, too many to be held in memory: make a store of it with {store_command(file.name)}")
-    few = Heightmap(heights, _spacing_of(file, heights.shape, spacing_m), file.name)
+    east, north = both(spacing_m or file.spacing_m or 1.0)
+    few_rows, few_cols = heights.shape  # the sample reaches as far as the raster
+    few = Heightmap(heights, (east * (cols - 1) / (few_cols - 1), north * (rows - 1) / (few_rows - 1)), file.name)
     few.georeference = file.georeference and file.georeference.resampled(few.cols, few.rows)
     few.notes = file.notes
     return few, f"{size}; this is a coarse sample, without a certified bound. For all posts: {store_command(file.name)}"
-
-
-def _spacing_of(file: RasterFile, size: tuple[int, int], spacing_m: float | Spacing | None) -> Spacing:
-    """Metres between the posts of a sample of (rows, cols) posts that reaches as far as the raster."""
-    east, north = both(spacing_m or file.spacing_m or 1.0)
-    return east * (file.shape[1] - 1) / (size[1] - 1), north * (file.shape[0] - 1) / (size[0] - 1)

@@ -51,14 +51,9 @@ def bundled() -> dict[str, BundledMap]:
 
 
 def find_bundled(name_or_path: str) -> BundledMap | None:
-    """The bundled map with a name, or the one that a file is a copy of; None for any other file.
+    """The bundled map with a name, or the bundled map of which a file is a copy; None for any other file.
 
     If there is a file with the name of a bundled map, the file counts.
-
-    Raises
-    ------
-    TerrainError
-        There is neither such a file nor such a bundled map.
     """
     maps = bundled()
     if os.path.exists(name_or_path):

@@ -116,13 +116,7 @@ def high(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
 
 
 def stand_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_m: float | None = None) -> Camera:
-    """The camera, moved to a longitude and latitude in degrees, `above_m` above the ground (default: two spacings).
-
-    Raises
-    ------
-    UsageError
-        The place is off the map, or the place of the map is not known.
-    """
+    """The camera, moved to a longitude and latitude in degrees, `above_m` above the ground (default: two spacings)."""
     x, y = _on_map(heightmap, lon, lat)
     above_m = 2 * max(heightmap.spacing_m) if above_m is None else above_m
     return replace(camera, eye=(x, y, _ground_m(heightmap, x, y) + above_m))

@@ -35,13 +35,7 @@ _IMAGE = re.compile(  # PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI
 
 
 def open_raster(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> Raster:
-    """Open a raster file by its kind.
-
-    Raises
-    ------
-    TerrainError
-        The file is missing, unreadable, empty, damaged, or of an unknown kind.
-    """
+    """Open a raster file by its kind; `TerrainError` if it is missing, unreadable, damaged, or of an unknown kind."""
     path = os.fspath(path)
     name = os.fsencode(path).decode("utf-8", "replace")
     head = _first_bytes(path)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import IO
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.readers.raster import Blocks, Raster, one_line
+from terrain_gl.readers.raster import Raster, one_line, read_within
 
 MOST_BYTES = 1 << 32  # most bytes of the unpacked files
 MAPS = (
@@ -65,12 +65,7 @@ def _unpacked(name: str, unpack: Callable[[str], str], opener: Opener) -> Raster
     except (OSError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile, NotImplementedError) as error:
         folder.cleanup()
         raise TerrainError(f"{name}: does not unpack ({one_line(error)}): unpack it first") from None
-    return replace(raster, name=name, blocks=_then_cleanup(raster.blocks, folder))
-
-
-def _then_cleanup(blocks: Blocks, folder: tempfile.TemporaryDirectory[str]) -> Blocks:
-    with folder:
-        yield from blocks
+    return replace(raster, name=name, blocks=read_within(folder, raster.blocks))
 
 
 def _copy(packed: gzip.GzipFile | IO[bytes], path: str, name: str) -> None:

@@ -84,14 +84,8 @@ _SAMPLE_BYTES = 1 << 22
 def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str | None = None) -> Raster:
     """A file without a header, row after row, as game engines write it: 8 or 16 bits, or 32-bit floats.
 
-    16 bits are unsigned, unless signed numbers give much smoother land: then some heights are below 0.
-
-    Parameters
-    ----------
-    size : (int, int), optional
-        Columns and rows; by default a square of 16-bit posts, or of floats for .r32.
-    byte_order : {"little", "big"}, optional
-        By default "little"; or "big", with a note, if that gives much smoother land.
+    `size` is columns and rows; by default a square of 16-bit posts, or of floats for .r32. Numbers count as
+    little-endian and unsigned; or as big-endian or signed, with a note, if that gives much smoother land.
     """
     length = os.path.getsize(path)
     if size is None:

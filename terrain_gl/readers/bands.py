@@ -55,10 +55,7 @@ class Bands:
 def bands_of(data: Any, name: str, band: Band | None) -> Bands:
     """Choose the bands of a rasterio dataset: the band with this number or name, or else all bands.
 
-    Raises
-    ------
-    TerrainError
-        There is no such band, or the bands hold no heights; the message lists them.
+    `TerrainError` lists the bands, if there is no such band or if they hold no heights.
     """
     from rasterio.enums import ColorInterp
 

@@ -12,7 +12,7 @@ import re
 import stat
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from functools import partial
 from typing import Any
 
@@ -34,6 +34,7 @@ from terrain_gl.readers.raster import (
     gdal_failures,
     has_rasterio,
     one_line,
+    read_within,
     rows_at_once,
     utf8,
 )
@@ -90,7 +91,7 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
         with _environment(trusted):
             data, of_layer = open_layer(path, name, trusted, band)
             bands = bands_of(data, name, of_layer)
-            blocks = _closed_after(data, _gdal_blocks(data, name, bands, partial(_environment, trusted)))
+            blocks = read_within(data, _gdal_blocks(data, name, bands, partial(_environment, trusted)))
             return _raster(data, name, bands, blocks)
     except gdal_failures() as error:
         unknown = "not recognized" in str(error)
@@ -109,6 +110,9 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     first = bands.heights[0] - 1
     place, notes = place_of(data, name)
     unit_m, of_heights = vertical_unit_m(data.units[first], place.crs)
+    about = ""
+    with suppress(UnicodeDecodeError):
+        about = str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
     raster = Raster(
         name,
         (data.height, data.width, bands.channels),
@@ -121,17 +125,11 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
         notes=notes + of_heights,
         bands=bands.names,
     )
-    return at_place(as_described(raster, _description(data)), place)
+    return at_place(as_described(raster, about), place)
 
 
 def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
-    """The place of a dataset, from its transform or from ground control points; and notes for the user.
-
-    Raises
-    ------
-    TerrainError
-        Only ground control points give the place, and they lie on no grid.
-    """
+    """The place of a dataset, from its transform or from ground control points on a grid; and notes for the user."""
     size = data.width, data.height
     try:
         crs = data.crs
@@ -156,11 +154,7 @@ def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
 def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[Any, Band | None]:
     """Open a file, or the layer of it that `band` names; also returns the band of that layer.
 
-    Raises
-    ------
-    TerrainError
-        The file has several layers, and `band` names none of them; the message lists them. Also the errors of
-        `open_local`.
+    `TerrainError` lists the layers, if there are several and `band` names none of them.
     """
     data = _dataset(utf8(path, name)) if trusted else open_local(path, name)
     if data.count:
@@ -271,13 +265,6 @@ def _is_companion(entry: os.DirEntry[str], folder: str) -> bool:
     return regular and (not entry.is_symlink() or os.path.dirname(os.path.realpath(entry.path)) == folder)
 
 
-def _description(data: Any) -> str:
-    try:
-        return str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
-    except UnicodeDecodeError:
-        return ""
-
-
 def _gdal_blocks(data: Any, name: str, bands: Bands, environment: Callable[[], AbstractContextManager[Any]]) -> Blocks:
     step = rows_at_once(data.width, unit=data.block_shapes[0][0])
     for row in range(0, data.height, step):
@@ -293,8 +280,3 @@ def read_pixels(data: Any, name: str, bands: Bands, window: Any, size: tuple[int
         return bands.read(data, window, size)
     except gdal_failures() as error:
         raise damaged(name, one_line(error)) from None
-
-
-def _closed_after(data: Any, blocks: Blocks) -> Blocks:
-    with data:
-        yield from blocks

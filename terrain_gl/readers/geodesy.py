@@ -34,19 +34,8 @@ def metres_per_degree(
 def ground_steps(crs: str, middle: tuple[float, float], steps: Spacing) -> Spacing | None:
     """Metres on the ground of one step of a map, east and north; None if its middle has no longitude and latitude.
 
-    Parameters
-    ----------
-    crs : str
-        A coordinate system as PROJ takes it. Lengths are geodesics on its ellipsoid, which may be another planet's.
-    middle : (float, float)
-        Map coordinates of the middle of both steps.
-    steps : (float, float)
-        Lengths of the steps in map units.
-
-    Raises
-    ------
-    TerrainError
-        pyproj is missing, or knows no such coordinate system.
+    Lengths are geodesics on the CRS's ellipsoid, which may be another planet's. `middle`, the middle of both steps, and
+    the lengths `steps` are in map units. `TerrainError` as for `flat_crs`.
     """
     flat = flat_crs(crs)
     x, y = middle
@@ -75,13 +64,7 @@ def to_own_angles(crs: str) -> Any:
 
 
 def flat_crs(crs: Any) -> Any:
-    """The pyproj CRS, without its vertical part, for anything that pyproj accepts as a CRS.
-
-    Raises
-    ------
-    TerrainError
-        pyproj is missing, or knows no such coordinate system.
-    """
+    """The pyproj CRS without its vertical part; `TerrainError` if pyproj is missing, or does not know the CRS."""
     try:
         import pyproj
     except ImportError:

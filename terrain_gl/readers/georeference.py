@@ -100,13 +100,7 @@ class Placed(Protocol):
 
 
 def at_place(raster: Raster, place: Georeference) -> Raster:
-    """The raster with its place, the spacing there, and notes on both; the northern row comes first.
-
-    Raises
-    ------
-    TerrainError
-        The raster is turned or mirrored.
-    """
+    """The raster with its place, the spacing there, and notes on both; the northern row comes first."""
     spacing_m, notes = spacing_of(place, raster.name)
     return replace(
         raster,
@@ -273,18 +267,13 @@ def vertical_unit_m(unit: str | None, crs: Any) -> tuple[float, tuple[str, ...]]
 def world_file(path: str) -> Grid | None:
     """The grid in a world file beside an image: a, d, b, e, and x, y of the first post's centre."""
     stem = os.path.splitext(path)[0]
-    for ending in WORLD_FILES:
-        for name in (stem + ending, stem + ending.upper()):
-            if os.path.isfile(name) and not os.path.islink(name) and os.path.getsize(name) < 1000:
-                return _six_numbers(name)
+    for name in (stem + cased for ending in WORLD_FILES for cased in (ending, ending.upper())):
+        if os.path.isfile(name) and not os.path.islink(name) and os.path.getsize(name) < 1000:
+            with open(name, encoding="ascii", errors="replace") as file:
+                words = file.read().replace(",", ".").split()
+            try:
+                a, d, b, e, x, y = (float(word) for word in words[:6])
+            except ValueError:
+                return None
+            return Grid(a, b, x - (a + b) / 2, d, e, y - (d + e) / 2)
     return None
-
-
-def _six_numbers(path: str) -> Grid | None:
-    with open(path, encoding="ascii", errors="replace") as file:
-        words = file.read().replace(",", ".").split()
-    try:
-        a, d, b, e, x, y = (float(word) for word in words[:6])
-    except ValueError:
-        return None
-    return Grid(a, b, x - (a + b) / 2, d, e, y - (d + e) / 2)

@@ -1,5 +1,6 @@
 """PNG, EXR, HDR and TIFF through OpenImageIO."""
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -32,15 +33,11 @@ def open_oiio(path: str, name: str) -> Raster:
     raster = Raster(
         name, shape, dtype, _oiio_blocks(image, name), has_alpha, bands=tuple(spec.channelnames)[: shape[2] - has_alpha]
     )
+    about = ""
+    with suppress(UnicodeDecodeError):
+        about = str(spec.get_string_attribute("ImageDescription"))
     place = Georeference(world_file(path) or Grid(), None, (spec.width, spec.height))
-    return at_place(as_described(raster, _description(spec)), place)
-
-
-def _description(spec: Any) -> str:
-    try:
-        return str(spec.get_string_attribute("ImageDescription"))
-    except UnicodeDecodeError:
-        return ""
+    return at_place(as_described(raster, about), place)
 
 
 def _oiio_blocks(image: Any, name: str) -> Blocks:

@@ -16,13 +16,7 @@ _DOWN = ("y", "lat", "latitude", "northing", "projection_y_coordinate")
 
 
 def raster_of(source: Any, name: str) -> Raster | None:
-    """An object of xarray or a rasterio dataset as a raster; None for any other object. Lazy arrays are computed.
-
-    Raises
-    ------
-    TerrainError
-        More than two dimensions, or posts that are not evenly spaced.
-    """
+    """An object of xarray or a rasterio dataset as a raster; None for any other object. Lazy arrays are computed."""
     if _has(source, "read", "transform", "nodatavals", "descriptions"):
         return open_dataset(source, name)
     if is_labelled(source):
@@ -60,12 +54,7 @@ def _only_variable(dataset: Any, name: str) -> Any:
 def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
     """A DataArray (or the only map of a Dataset) with rows from north to south, and its description as a `Raster`.
 
-    Lazy arrays stay lazy: no value is computed.
-
-    Raises
-    ------
-    TerrainError
-        More than two dimensions, or posts that are not evenly spaced.
+    No value is computed. `TerrainError` if there are more than two dimensions, or posts are not evenly spaced.
     """
     if _has(array, "data_vars"):
         array = _only_variable(array, name)

@@ -168,11 +168,6 @@ def check_crs(file: Placed, other: Placed) -> None:
     """Refuse a file in another coordinate system, such as the next zone of UTM: equal numbers would be other places.
 
     Systems that differ by less than a post are accepted, and so are maps without a system.
-
-    Raises
-    ------
-    TerrainError
-        The file has another coordinate system than the other map, or pyproj is missing.
     """
     mine = file.georeference
     grid = other.georeference

@@ -3,6 +3,7 @@
 import contextlib
 import os
 from collections.abc import Generator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -35,46 +36,20 @@ def _no_blocks() -> Blocks:
 
 @dataclass
 class Raster:
-    """An open raster file; its pixels come in blocks.
+    """An open raster file; its pixels come in blocks, and each post is in one block."""
 
-    Attributes
-    ----------
-    name : str
-        The file's name in messages.
-    shape : tuple of int
-        rows, cols, channels.
-    dtype : numpy.dtype
-        Type of the stored pixels.
-    blocks : generator of (index, pixels)
-        `index` selects rows and columns of the map, `pixels` is (rows, cols, channels). Each post is in one block.
-    has_alpha : bool
-        The last channel is opacity.
-    nodata : float or None
-        The stored value that marks a void, if the file gives one.
-    spacing_m : (east, north) or None
-        Metres between posts, if the file gives them.
-    scale, offset_m : float
-        A height is value · scale + offset_m metres; both numbers come from the file.
-    notes : tuple of str
-        Notes for the user on how the file was interpreted.
-    bands : tuple of str
-        The file's names of its channels without opacity; empty if the file names none.
-    georeference : Georeference or None
-        Where the map lies, north up, if the file gives it.
-    """
-
-    name: str
-    shape: tuple[int, int, int]
-    dtype: np.dtype
+    name: str  # of the file, in messages
+    shape: tuple[int, int, int]  # rows, columns, channels
+    dtype: np.dtype  # of the stored pixels
     blocks: Blocks = field(default_factory=_no_blocks)
-    has_alpha: bool = False
-    nodata: float | None = None
-    spacing_m: Spacing | None = None
-    scale: float = 1.0
+    has_alpha: bool = False  # the last channel is opacity
+    nodata: float | None = None  # the stored value that marks a void, if the file gives one
+    spacing_m: Spacing | None = None  # metres between posts, if the file gives them
+    scale: float = 1.0  # a height is value · scale + offset_m metres
     offset_m: float = 0.0
-    notes: tuple[str, ...] = ()
-    bands: tuple[str, ...] = ()
-    georeference: Any = None
+    notes: tuple[str, ...] = ()  # for the user, on how the file was interpreted
+    bands: tuple[str, ...] = ()  # the file's names of its channels without opacity, if it names them
+    georeference: Any = None  # a Georeference, north up, if the file gives it
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything except the blocks: a generator cannot be sent to another process."""
@@ -84,6 +59,12 @@ class Raster:
     def colours(self) -> int:
         """Channels without opacity."""
         return self.shape[2] - self.has_alpha
+
+
+def read_within(context: AbstractContextManager[Any], blocks: Blocks) -> Blocks:
+    """Leave a context, such as an open file, after all blocks are read."""
+    with context:
+        yield from blocks
 
 
 def north_up(blocks: Blocks, rows: int) -> Blocks:

@@ -34,10 +34,7 @@ _DROPPED = {"Metadata", "OverviewList", "Overview", "BlockXSize", "BlockYSize", 
 def safe_mosaic(path: str, name: str, drivers: Sequence[str]) -> tuple[str, list[str]]:
     """A copy of a mosaic's XML with which GDAL opens its sources by these drivers alone; and the sources.
 
-    Raises
-    ------
-    TerrainError
-        The file is not a mosaic of files beside or below it.
+    `TerrainError` if the file is not a mosaic of files beside or below it.
     """
     root = _parsed(path, name)
     _reduce(root, name)

@@ -33,30 +33,10 @@ _LEAST_STRIP = 16  # rows
 
 
 class WindowedRaster:
-    """A map that is read window by window.
+    """A map that is read window by window."""
 
-    Attributes
-    ----------
-    name : str
-        The map's name in messages.
-    shape : (int, int)
-        Rows and columns.
-    spacing_m : (east, north) or None
-        Metres between posts, if they are known.
-    georeference : Georeference or None
-        Where the map lies, if this is known.
-    notes : tuple of str
-        Notes for the user on how the source was interpreted.
-    assumes_spacing : bool
-        The source gives no spacing.
-    is_told : bool
-        The caller has given a scale or an offset of the heights.
-    identity
-        JSON that identifies the source: names, sizes and times of files, and how they are read; None if unknown.
-    """
-
-    identity: Any = None
-    is_told = False
+    identity: Any = None  # JSON on the source: names, sizes and times of files, and how they are read; None if unknown
+    is_told = False  # whether the caller has given a scale or an offset of the heights
 
     def __init__(self, raster: Raster) -> None:
         self.name = raster.name
@@ -76,15 +56,8 @@ def open_windows(
 ) -> WindowedRaster:
     """Open a file, or several files as one mosaic. Missing scale and spacing are guessed, as by `Heightmap.open`.
 
-    Parameters
-    ----------
-    spacing_m
-        Metres between posts, if the caller knows them better than the file.
-
-    Raises
-    ------
-    TerrainError
-        A file cannot be read, or is not on the grid of the first file.
+    `spacing_m` replaces the spacing in the file. `TerrainError` if a file cannot be read, or is not on the grid of the
+    first file.
     """
     files = [RasterFile(os.fspath(path), reading) for path in paths]
     marks = {mark for file in files for mark in file.find_voids()}
@@ -230,13 +203,7 @@ class RasterFile(WindowedRaster):
 
 
 class Mosaic(WindowedRaster):
-    """Files on one grid. Where they overlap, the last file that has a height is used.
-
-    Raises
-    ------
-    TerrainError
-        The files lie on several grids, or have several coordinate systems.
-    """
+    """Files on one grid, in one coordinate system. Where they overlap, the last file that has a height is used."""
 
     def __init__(self, files: Sequence[RasterFile]) -> None:
         self.files = files
@@ -282,13 +249,7 @@ class Mosaic(WindowedRaster):
 
 
 def corner_on(file: Placed, first: Placed) -> tuple[int, int]:
-    """Column and row of a file's first post on the grid of another map, whose place is known.
-
-    Raises
-    ------
-    TerrainError
-        The file is not on that grid.
-    """
+    """Column and row of a file's first post on the grid of another map, whose place is known; refuse other grids."""
     assert first.georeference is not None
     mine = file.georeference and file.georeference.grid
     grid = first.georeference.grid
