@@ -117,3 +117,12 @@ def test_broken_mosaics_end_in_one_line(rasterio, tmp_path, text):
     with pytest.raises(TerrainError, match=r"a\.vrt") as caught:
         Heightmap.open(tmp_path / "a.vrt")
     assert "\n" not in str(caught.value)
+
+
+def test_a_mosaic_of_a_band_that_is_not_there_names_the_file(rasterio, places):
+    folder, outside = places
+    make_files(rasterio, folder, outside, "http://127.0.0.1:9")
+    (folder / "a.vrt").write_text(vrt("good.tif", 'relativeToVRT="1"').replace("Band>1<", "Band>5<"))
+    with pytest.raises(TerrainError, match=r"a\.vrt: .*good\.tif") as caught:
+        Heightmap.open(folder / "a.vrt")
+    assert "?if=" not in str(caught.value)

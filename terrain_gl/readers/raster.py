@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
@@ -120,7 +121,8 @@ def damaged(name: str, reason: str) -> TerrainError:
 
 def one_line(error: BaseException) -> str:
     """A library's message as one short line; of its cause, if it has one."""
-    return " ".join(str(error.__cause__ or error).split())[:120]
+    text = re.sub(r"\?if=[\w,]+", "", str(error.__cause__ or error))  # drivers that `vrt.py` adds to a name
+    return " ".join(text.split())[:120]
 
 
 def utf8(path: str, name: str) -> str:

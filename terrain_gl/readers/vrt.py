@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.readers.raster import TRUST, one_line
+from terrain_gl.readers.raster import TRUST, one_line, utf8
 
 VRT = b"<VRTDataset"  # first bytes of a mosaic
 LONGEST = 1 << 26  # bytes of XML
@@ -90,7 +90,7 @@ def _named(filename: ElementTree.Element, folder: str) -> str:
 
 def _inside(path: str, folder: str, name: str) -> str:
     """The real path of a source: a regular file beside or below the .vrt. After a ? GDAL would read options."""
-    real = os.path.realpath(path)
+    real = utf8(os.path.realpath(path), name)
     if os.path.commonpath([real, folder]) != folder or not os.path.isfile(real) or "?" in real:
         raise TerrainError(
             f"{name}: names {path[-80:]!r}, which is not a file beside or below it: move it there, or {TRUST}"
