@@ -17,13 +17,13 @@ from ..heightmap import Heightmap
 from ..mesh import vertex_heights
 from ..readers.place import Place
 from .cutting import cut_voids
-from .mesh_formats import BESIDE, Format, Mesh, parts_of
 from .mesh_formats import FORMATS as OF_FILES
+from .mesh_formats import Format, Mesh, material
 from .page import land_page
 
 __all__ = ["FORMATS", "Mesh", "files_beside", "land_mesh", "make_mesh", "mesh_format", "write_mesh"]
 
-FORMATS: dict[str, Format] = {**OF_FILES, ".html": land_page}
+FORMATS = OF_FILES | {".html": Format(land_page, (), passes=0)}
 
 
 def land_mesh(
@@ -95,20 +95,20 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[flo
         The file cannot be written, the format is unknown, or the mesh or its texture does not fit into it.
     """
     path = Path(path)
-    pieces = mesh_format(path)(mesh, path.stem)
+    form = mesh_format(path)
     for beside in files_beside(path) if mesh.texture else []:
         with replacing(beside) as part:
-            part.write_bytes(BESIDE[beside.suffix](mesh, path.stem))
-    total = parts_of(path.suffix.lower(), mesh)
+            part.write_bytes(material(path.stem) if beside.suffix == ".mtl" else mesh.texture or b"")
+    total = form.count(mesh)
     with replacing(path) as part, open(part, "wb") as file:
-        for done, piece in enumerate(pieces):
+        for done, piece in enumerate(form.pieces(mesh, path.stem)):
             file.write(piece)
             if progress:
                 progress(min(1.0, done / max(total, 1)))
 
 
 def mesh_format(path: str | os.PathLike[str]) -> Format:
-    """The format for the ending of a file's name: the function that makes a file's bytes from a mesh."""
+    """The format for the ending of a file's name."""
     ending = os.path.splitext(os.fspath(path))[1].lower()
     if ending not in FORMATS:
         raise UsageError(f"{os.fspath(path)}: a mesh file's name must end in one of {', '.join(FORMATS)}")
@@ -117,8 +117,8 @@ def mesh_format(path: str | os.PathLike[str]) -> Format:
 
 def files_beside(path: str | os.PathLike[str]) -> list[Path]:
     """Further files that a mesh with a texture needs beside its own; `UsageError` if the format has no texture."""
-    path = Path(path)
-    endings = {".ply": (".png",), ".obj": (".png", ".mtl"), ".glb": (), ".html": ()}
-    if path.suffix.lower() not in endings:
-        raise UsageError(f"{path}: has no texture: write one of {', '.join(endings)}")
-    return [path.with_suffix(ending) for ending in endings[path.suffix.lower()]]
+    beside = mesh_format(path).beside
+    if beside is None:
+        textured = ", ".join(ending for ending, form in FORMATS.items() if form.beside is not None)
+        raise UsageError(f"{os.fspath(path)}: has no texture: write one of {textured}")
+    return [Path(path).with_suffix(ending) for ending in beside]

@@ -9,7 +9,7 @@ import json
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -97,17 +97,16 @@ class Mesh:
         return [f"origin {x:.17g} {y:.17g}", f"scale {across:.17g} {up:.17g}", f"crs {crs}"]
 
 
-Format = Callable[[Mesh, str], Iterator[bytes]]
+class Format(NamedTuple):
+    """A format of files of meshes."""
 
+    pieces: Callable[[Mesh, str], Iterator[bytes]]  # the file's bytes, of a mesh and the file's name
+    beside: tuple[str, ...] | None = None  # endings of further files with a texture; None if there are no textures
+    passes: int = 1  # how often the vertices are written
 
-def parts_of(ending: str, mesh: Mesh) -> int:
-    """The number of pieces of a file, without its header."""
-    passes = {".glb": 3, ".stl": 0, ".html": 0}.get(ending, 1)
-    return passes * _chunks(len(mesh.posts)) + _chunks(len(mesh.faces))
-
-
-def _chunks(n: int) -> int:
-    return -(-n // CHUNK)
+    def count(self, mesh: Mesh) -> int:
+        """The number of pieces of a file, without its header."""
+        return self.passes * -(-len(mesh.posts) // CHUNK) + -(-len(mesh.faces) // CHUNK)
 
 
 def _parts(n: int) -> Iterator[slice]:
@@ -166,7 +165,7 @@ def _obj(mesh: Mesh, name: str) -> Iterator[bytes]:
         yield ("f %d/%d/%d %d/%d/%d %d/%d/%d\n" * len(faces) % tuple(faces.ravel().tolist())).encode("ascii")
 
 
-def _mtl(mesh: Mesh, name: str) -> bytes:
+def material(name: str) -> bytes:
     """The material of an OBJ, without shading: the texture already includes light."""
     return f"newmtl land\nillum 0\nKd 1 1 1\nmap_Kd {_ascii(name)}.png\n".encode("ascii")
 
@@ -312,5 +311,9 @@ def rim_of(faces: np.ndarray) -> np.ndarray:
     return edges[~np.isin(edges @ [n, 1], edges @ [1, n])]
 
 
-FORMATS: dict[str, Format] = {".ply": _ply, ".glb": _glb, ".obj": _obj, ".stl": _stl}
-BESIDE: dict[str, Callable[[Mesh, str], bytes]] = {".png": lambda mesh, name: mesh.texture or b"", ".mtl": _mtl}
+FORMATS = {
+    ".ply": Format(_ply, (".png",)),
+    ".glb": Format(_glb, (), passes=3),
+    ".obj": Format(_obj, (".png", ".mtl")),
+    ".stl": Format(_stl, passes=0),
+}
