@@ -96,13 +96,14 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
     except gdal_failures() as error:
         unknown = "not recognized" in str(error)
         reason = "not a format that is read here" if unknown else one_line(error)
-        advice = f"give PNG, TIFF, EXR, HDR, NPY, HGT{f'; {TRUST}' if unknown and not trusted else ''}"
-        raise TerrainError(f"{name}: is not a readable heightmap ({reason}): {advice}") from None
+        advice = f"; {TRUST}" if unknown and not trusted else ""
+        kinds = "give PNG, TIFF, EXR, HDR, NPY, HGT"
+        raise TerrainError(f"{name}: is not a readable heightmap ({reason}): {kinds}{advice}") from None
 
 
-def open_dataset(data: Any, name: str, band: Band | None = None) -> Raster:
-    """Read a dataset that the caller has opened with rasterio, and closes later; by default its first band."""
-    bands = bands_of(data, name, band or 1)
+def open_dataset(data: Any, name: str) -> Raster:
+    """Read the first band of a dataset that the caller has opened with rasterio, and closes later."""
+    bands = bands_of(data, name, 1)
     return _raster(data, name, bands, _gdal_blocks(data, name, bands, nullcontext))
 
 
