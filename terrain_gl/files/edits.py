@@ -106,8 +106,7 @@ def _hull(tiles: Tiles, side: int, shape: tuple[int, int]) -> tuple[slice, slice
     for axis in (0, 1):
         places = [at[axis] * side + np.flatnonzero(~np.isnan(tile).all(1 - axis)) for at, tile in tiles.items()]
         posts = np.concatenate(places)
-        first, last = int(posts.min()), int(posts.max())
-        first = min(first, shape[axis] - 2)
+        first, last = min(int(posts.min()), shape[axis] - 2), int(posts.max())
         found.append(slice(first, max(last, first + 1) + 1))
     return found[0], found[1]
 

@@ -128,12 +128,11 @@ def look_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_
     return replace(camera, target=(x, y, _ground_m(heightmap, x, y) + above_m))
 
 
-def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Camera:
-    """The camera, moved along its line of sight to `share` of the map's longer side from its target, above ground."""
+def drawn_near(heightmap: Heightmap, camera: Camera) -> Camera:
+    """The camera, moved on its line of sight to a quarter of the map's longer side from its target, above ground."""
     target = np.asarray(camera.target, np.float64)
-    eye = np.asarray(camera.eye, np.float64)
-    back = (eye - target) / max(float(np.linalg.norm(eye - target)), 1e-9)
-    x, y, z = target + share * max(heightmap.extent_m) * back
+    back = camera.eye - target
+    x, y, z = target + 1 / 4 * max(heightmap.extent_m) * (back / max(float(np.linalg.norm(back)), 1e-9))
     clear = _ground_m(heightmap, x, y) + 2 * max(heightmap.spacing_m)
     return replace(camera, eye=(float(x), float(y), float(max(z, clear))))
 

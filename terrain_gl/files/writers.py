@@ -101,11 +101,6 @@ def heightmap_file(
     """Yield a function that writes the next rows of a map, from north to south, in the type of `FORMATS`.
 
     The file replaces `path` when the block ends without an error. With `place`, it is a GeoTIFF.
-
-    Raises
-    ------
-    TerrainError
-        The file cannot be written.
     """
     if place:
         with _geotiff(path, place, description) as write:

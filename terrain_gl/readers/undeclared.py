@@ -26,12 +26,7 @@ def undeclared_voids(heights: np.ndarray, scales: tuple[float, float]) -> tuple[
     A usual mark (`is_usual`) at one end of the heights counts if it is farther from all other heights than a tenth of
     their range. If many posts have another value that is farther away than the whole range, there is only a note.
 
-    Parameters
-    ----------
-    heights : numpy.ndarray, float32
-        Metres, NaN where void.
-    scales : (float, float)
-        A height is value · scale + offset.
+    `heights` are float32 metres, NaN where void; `scales` are those of height = value · scale + offset.
     """
     marks: list[float] = []
     ends = float(np.fmin.reduce(heights, None)), float(np.fmax.reduce(heights, None))
