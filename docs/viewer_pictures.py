@@ -182,7 +182,7 @@ def lecture(app: App) -> None:
     viewer = app.viewer
     viewer.lecture = Lecture(read_lecture(), viewer.scene, viewer.painter, viewer.explainer)
     viewer.lecture.begin()
-    viewer.lecture.go(1)
+    viewer.lecture.press("space")
 
 
 def sculpt(app: App) -> None:

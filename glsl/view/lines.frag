@@ -15,7 +15,6 @@ layout(binding = 2) uniform sampler2D u_depth;
 
 uniform vec2 u_window_px;
 uniform float u_width_px;
-uniform float u_hidden;  // opacity of hidden lines
 
 out vec4 out_color;
 
@@ -26,7 +25,7 @@ void main() {
 #endif
                                                                       )));
     float land = texelFetch(u_depth, at, 0).x;  // reversed: nearer is larger
-    float seen = v_depth >= land * 0.985 ? 1.0 : u_hidden;
+    float seen = v_depth >= land * 0.985 ? 1.0 : 0.25;
     float sharp = clamp((1.0 - abs(v_across)) * 0.5 * (u_width_px + 1.0), 0.0, 1.0);
     out_color = vec4(v_color.rgb, v_color.a * sharp * seen);
 }

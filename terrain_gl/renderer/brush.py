@@ -1,7 +1,7 @@
 """Brushes: from the heights under a brush to new heights, and strokes with undo and redo.
 
 This module needs no window and no OpenGL. A dab is a pure function of the heights around it; its time grows with its
-footprint. `Sculptor` passes the new heights to any object with a `heightmap` and an `edit`, such as `Renderer`.
+footprint. `Sculptor` passes the new heights to a `Renderer`.
 
     sculptor = Sculptor(renderer)
     sculptor.begin()                                             # the button goes down
@@ -10,11 +10,13 @@ footprint. `Sculptor` passes the new heights to any object with a `heightmap` an
     sculptor.undo()                                              # the whole stroke
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,9 +25,13 @@ from ..basics.exceptions import UsageError
 from ..basics.rect import Edit, slices_hull, within
 from ..heightmap import MAX_HEIGHT_M, Heightmap
 
+if TYPE_CHECKING:
+    from .renderer import Renderer
+
 TOOLS = ("raise", "lower", "smooth", "flatten", "cliff")
 SHARES = ("smooth", "flatten")  # tools whose strength is a share, not metres
 MOST_BYTES = 256 << 20  # memory for undo and redo
+_Touched = tuple[slice, slice, np.ndarray]  # rows and columns of the posts under a brush; column and row of its middle
 
 
 @dataclass(frozen=True)
@@ -35,16 +41,14 @@ class Brush:
     Attributes
     ----------
     tool
-        One of `TOOLS`. "raise" and "lower" move the ground; "smooth" moves it towards the mean of its neighbourhood,
-        "flatten" towards the height in the middle; "cliff" raises the half of the footprint that lies opposite to the
-        direction `azimuth_deg`.
+        One of `TOOLS`. "smooth" moves the ground towards the mean of its neighbourhood, "flatten" towards the height in
+        the middle; "cliff" raises the half of the footprint that lies opposite to the direction `azimuth_deg`.
     radius_m
         Radius of the footprint, a circle on the map.
     strength
-        For raise, lower and cliff: metres in the middle. For smooth and flatten: how far the ground moves towards its
-        goal, 0 to 1.
+        Metres in the middle; for `SHARES`: how far the ground moves towards its goal, 0 to 1.
     falloff
-        The share of the radius, from the rim inwards, over which the strength fades out: 0 (a hard edge) to 1.
+        Share of the radius, from the rim inwards, over which the strength fades out: 0 (a hard edge) to 1.
     azimuth_deg
         The direction that a "cliff" faces, clockwise from north.
 
@@ -81,36 +85,26 @@ def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, fl
     touched = [each for x_m, y_m in middles_m if (each := _touched(heightmap, reach, x_m, y_m))]
     if not touched:
         return None
-    rows = reduce(slices_hull, (each.rows for each in touched))
-    cols = reduce(slices_hull, (each.cols for each in touched))
-    half = _around(reach)
-    around = _grown(rows, half[1], heightmap.rows), _grown(cols, half[0], heightmap.cols)
+    rows = reduce(slices_hull, (rows for rows, _, _ in touched))
+    cols = reduce(slices_hull, (cols for _, cols, _ in touched))
+    half = np.maximum(1, np.rint(reach / 8)).astype(int)  # columns and rows, half the sides of a box whose mean smooths
+    around = _grown(rows, int(half[1]), heightmap.rows), _grown(cols, int(half[0]), heightmap.cols)
     ground = Edit(around[1].start, around[0].start, heightmap.part(*around).copy())
     for each in touched:
         _press(ground, heightmap, brush, half, each)
     return Edit(cols.start, rows.start, ground.part(rows, cols).copy())
 
 
-class _Touched(NamedTuple):
-    """The posts under a brush, and the column and row of its middle."""
-
-    rows: slice
-    cols: slice
-    at: np.ndarray
-
-
 def _touched(heightmap: Heightmap, reach: np.ndarray, x_m: float, y_m: float) -> _Touched | None:
     at = np.array([x_m, heightmap.extent_m[1] - y_m]) / np.array(heightmap.spacing_m)
-    first = np.clip(np.ceil(at - reach), 0, None)
-    end = np.clip(np.floor(at + reach) + 1, 0, [heightmap.cols, heightmap.rows])
+    first = np.clip(np.ceil(at - reach), 0, None).astype(int)
+    end = np.clip(np.floor(at + reach) + 1, 0, [heightmap.cols, heightmap.rows]).astype(int)
     if not (first < end).all():
         return None
-    cols, rows = (slice(int(a), int(b)) for a, b in zip(first, end, strict=True))
-    return _Touched(rows, cols, at)
+    return slice(int(first[1]), int(end[1])), slice(int(first[0]), int(end[0])), at
 
 
-def _press(ground: Edit, heightmap: Heightmap, brush: Brush, half: tuple[int, int], touched: _Touched) -> None:
-    """Apply a brush to the ground, in place; `half` has the half sides of the box whose mean smooths."""
+def _press(ground: Edit, heightmap: Heightmap, brush: Brush, half: np.ndarray, touched: _Touched) -> None:
     rows, cols, at = touched
     spacing = heightmap.spacing_m
     east = (np.arange(cols.start, cols.stop) - at[0]) * spacing[0]
@@ -151,13 +145,7 @@ def _level_m(middle_m: float, old: np.ndarray) -> float:
     return middle_m if math.isfinite(middle_m) or not known.size else float(known.mean())
 
 
-def _around(reach: np.ndarray) -> tuple[int, int]:
-    """Half sides of the box whose mean smooths, in columns and rows: an eighth of the radius."""
-    half = np.maximum(1, np.rint(reach / 8)).astype(int)
-    return int(half[0]), int(half[1])
-
-
-def _means(ground: Edit, shape: tuple[int, int], rows: slice, cols: slice, half: tuple[int, int]) -> np.ndarray:
+def _means(ground: Edit, shape: tuple[int, int], rows: slice, cols: slice, half: np.ndarray) -> np.ndarray:
     """Mean of the known heights in the box around each post. With summed-area tables, large boxes cost no more time."""
     y = np.arange(rows.start - half[1], rows.stop + half[1])
     x = np.arange(cols.start - half[0], cols.stop + half[0])
@@ -175,22 +163,7 @@ def _means(ground: Edit, shape: tuple[int, int], rows: slice, cols: slice, half:
 # --- Strokes ----------------------------------------------------------------------------------------------------------
 
 
-class Editable(Protocol):
-    """An object whose map can be edited, such as `Renderer`."""
-
-    @property
-    def heightmap(self) -> Heightmap:
-        """The map as it is now."""
-
-    def edit(self, rows: slice, cols: slice, heights: Any, settle: bool = True) -> None:
-        """Give a rectangle of posts new heights; with `settle=False`, the light stays as it was until `settle`."""
-
-    def settle(self) -> None:
-        """Update the light after edits with `settle=False`."""
-
-
-@dataclass
-class _Change:
+class _Change(NamedTuple):
     """The heights of a rectangle before and after an edit."""
 
     rows: slice
@@ -205,30 +178,20 @@ class _Change:
 
 @dataclass
 class Sculptor:
-    """Applies dabs to a map and keeps them as strokes, for undo and redo.
+    """Applies dabs to a map and keeps them as strokes, for undo and redo."""
 
-    Attributes
-    ----------
-    surface
-        The object whose map is edited.
-    most_bytes
-        Memory for strokes. The oldest strokes are forgotten first; the last one is always kept.
-    """
-
-    surface: Editable
-    most_bytes: int = MOST_BYTES
+    surface: Renderer  # only its heightmap, `edit` and `settle` are used
+    most_bytes: int = MOST_BYTES  # memory for strokes: the oldest are forgotten first, the last one is always kept
     _done: list[list[_Change]] = field(default_factory=list)
     _undone: list[list[_Change]] = field(default_factory=list)
     _oldest: object = None  # identifies the heights before the first stroke in memory
 
     @property
     def can_undo(self) -> int:
-        """How many strokes can be undone."""
         return sum(map(bool, self._done))
 
     @property
     def can_redo(self) -> int:
-        """How many strokes can be redone."""
         return len(self._undone)
 
     @property
@@ -238,7 +201,6 @@ class Sculptor:
 
     @property
     def bytes(self) -> int:
-        """Memory of all strokes that are kept."""
         return sum(change.bytes for stroke in self._done + self._undone for change in stroke)
 
     def begin(self) -> None:
@@ -257,20 +219,23 @@ class Sculptor:
     def dabs(self, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
         """Apply a brush at several places in one edit, which is faster if they lie close together."""
         edit = dabs(self.surface.heightmap, brush, middles_m)
-        if edit:
-            self.paint(edit.rows, edit.cols, edit.heights)
-        return edit
-
-    def paint(self, rows: slice, cols: slice, heights: np.ndarray) -> None:
-        """Give a rectangle of posts new heights, as part of the stroke."""
+        if not edit:
+            return None
         if not self._done:
             self.begin()
+        rows, cols = edit.rows, edit.cols
         before = self.surface.heightmap.part(rows, cols).copy()
-        self.surface.edit(rows, cols, heights, settle=False)
+        self.surface.edit(rows, cols, edit.heights, settle=False)
+        change = _Change(rows, cols, before, self.surface.heightmap.part(rows, cols).copy())
         self._undone.clear()
-        self._remember(_Change(rows, cols, before, self.surface.heightmap.part(rows, cols).copy()))
+        stroke = self._done[-1]
+        if stroke and (joined := self._joined(stroke[-1], change)):
+            stroke[-1] = joined
+        else:
+            stroke.append(change)
         while self.bytes > self.most_bytes and len(self._done) > 1:
             self._oldest = next(reversed(self._done.pop(0)), self._oldest)
+        return edit
 
     def undo(self) -> bool:
         """Undo the last stroke; False if there is none."""
@@ -291,15 +256,8 @@ class Sculptor:
         target.append(source.pop()[::-1])
         return True
 
-    def _remember(self, change: _Change) -> None:
-        """Add a change to the stroke. If it overlaps the last change, both are merged if that saves memory."""
-        stroke = self._done[-1]
-        if stroke and (joined := self._joined(stroke[-1], change)):
-            stroke[-1] = joined
-        else:
-            stroke.append(change)
-
     def _joined(self, old: _Change, new: _Change) -> _Change | None:
+        """Both changes as one; None if that saves no memory."""
         rows, cols = slices_hull(old.rows, new.rows), slices_hull(old.cols, new.cols)
         after = self.surface.heightmap.part(rows, cols)
         if 2 * after.nbytes > old.bytes + new.bytes:

@@ -23,14 +23,9 @@ _RIDGE = 1.25  # largest over smallest depth under a label; if it is larger, a r
 def contour_labels(
     picture: Picture, camera: Camera, near_m: float, piece: Piece, interval_m: float, least_m: float
 ) -> list[Label]:
-    """Heights of the index lines that a piece of a picture shows, after it has been drawn.
+    """Heights of the index lines that a piece of a picture shows, after it was drawn in the view `camera`, `near_m`.
 
-    Parameters
-    ----------
-    camera, near_m
-        The view in which the picture was drawn.
-    interval_m, least_m
-        Metres between contour lines, and the least height that has lines.
+    Contour lines are `interval_m` apart, from the height `least_m` on.
     """
     depths = picture.depths()[:: _STEP * piece.fine, :: _STEP * piece.fine]
     first = np.array([piece.cols.start, piece.rows.start]) + 0.5

@@ -8,7 +8,7 @@ from ..camera.pieces import Piece
 from ..gpu import gl
 from ..heightmap import Heightmap
 from ..shade.picture import Picture
-from .lines import Color, Line, Lines, leg, on_land
+from .lines import Color, Line, Lines, leg, posts_on_land
 from .overlay import Overlay
 
 COLOURS: tuple[Color, ...] = ((255, 70, 50, 255), (60, 200, 255, 255), (255, 220, 60, 255), (200, 130, 255, 255))
@@ -19,20 +19,14 @@ _TURN = np.linspace(0, 2 * np.pi, 13)
 
 
 class OverlayLines:
-    """Draws overlays over pictures.
-
-    Attributes
-    ----------
-    drawn
-        For each overlay, the number of samples that it has drawn since `begin`.
-    """
+    """Draws overlays over pictures."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         self._lines: Lines | None = None
         self._of: tuple[tuple[Overlay, ...], int] = (), 0  # the overlays and number of edits that `_draped` shows
         self._draped: list[list[Line]] = []
-        self.drawn: list[int] = []
+        self.drawn: list[int] = []  # for each overlay, the number of samples that it has drawn since `begin`
 
     def begin(self, overlays: tuple[Overlay, ...]) -> None:
         """Begin to count drawn samples from 0."""
@@ -52,7 +46,6 @@ class OverlayLines:
             self.drawn[i] += drawn.value
 
     def release(self) -> None:
-        """Release GPU resources."""
         if self._lines:
             self._lines.release()
 
@@ -64,7 +57,7 @@ def draped(overlays: tuple[Overlay, ...], heightmap: Heightmap) -> list[Line]:
 
 def is_on_map(overlay: Overlay, heightmap: Heightmap) -> bool:
     """Whether any part of an overlay may be on the map."""
-    legs = (np.stack(leg) for line in overlay.lines for leg in zip(line, line[1:], strict=False))
+    legs = (line[i : i + 2] for line in overlay.lines for i in range(len(line) - 1))
     return any(_is_near(each, heightmap) for each in (*overlay.points[:, None], *legs))
 
 
@@ -85,16 +78,13 @@ def _is_near(posts: np.ndarray, heightmap: Heightmap) -> bool:
 
 def _runs(line: np.ndarray, heightmap: Heightmap) -> list[np.ndarray]:
     """The parts (n, 3) of a line that are over land, in world metres."""
-    east, north = heightmap.spacing_m
     nowhere = np.full((1, 3), np.nan)
     parts = [nowhere]
     for a, b in zip(line, line[1:], strict=False):
         if not _is_near(np.stack([a, b]), heightmap):
             parts.append(nowhere)
             continue
-        posts = np.concatenate([leg(a, b, (1.0, 1.0), MOST), b[None]])
-        places = np.stack([posts[:, 0] * east, (heightmap.rows - 1 - posts[:, 1]) * north], -1)
-        parts.append(on_land(heightmap, places))
+        parts.append(posts_on_land(heightmap, np.concatenate([leg(a, b, (1.0, 1.0), MOST), b[None]])))
     points = np.concatenate(parts)
     runs = np.split(points, np.flatnonzero(~np.isfinite(points[:, 2])))
     return [run[np.isfinite(run[:, 2])] for run in runs if len(run) > 2]

@@ -29,12 +29,7 @@ MOST_POSTS = 1 << 24  # most posts of a store that one edit may change
 class Editor:
     """Gives posts new heights, and updates everything that is computed from them.
 
-    Parameters
-    ----------
-    resources
-        The map on the GPU.
-    forget
-        Function that is called when the last frame no longer shows the present map.
+    `forget` is called when the last frame no longer shows the present map.
     """
 
     def __init__(self, resources: GpuResources, forget: Callable[[], None]) -> None:
@@ -79,8 +74,11 @@ class Editor:
             new = np.broadcast_to(new, (y.stop - y.start, x.stop - x.start))
         except ValueError as error:
             raise UsageError(f"edit: {error}") from None
-        if self.resources.streaming:
-            _check_for_store(new)
+        if self.resources.streaming and not np.isfinite(new).all():
+            raise UsageError("edit: the voids of a store do not change: give every post a height")
+        if self.resources.streaming and new.size > MOST_POSTS:
+            most = f"at most {MOST_POSTS:,} posts of a store at once, got {new.size:,}"
+            raise UsageError(f"edit: {most}: edit it in parts")
         self.write(x.start, y.start, new, settle)
 
     @in_session
@@ -123,10 +121,7 @@ class Editor:
     def rebuild_steps(self) -> Steps[None]:
         """Compute the records of edited nodes of a store anew, in a thread; yields progress from 0 to 1.
 
-        Raises
-        ------
-        TerrainError
-            A tile cannot be read, or there is no OpenGL for the thread. Bounds stay wide, but they still hold.
+        After a TerrainError (a tile cannot be read, the thread has no OpenGL) bounds stay wide, but they still hold.
         """
         if self.resources.streaming:
             self._forget()
@@ -141,12 +136,7 @@ class Editor:
         """Prepare for edits up to `up_m` above the highest post and `down_m` below the lowest.
 
         Edits are correct without this, but slower: the first edit copies the map, and an edit that leaves the
-        quantisation range rebuilds all tables.
-
-        Raises
-        ------
-        UsageError
-            A number of metres that is negative or not finite.
+        quantisation range rebuilds all tables. Exceptions are those of `headroom_steps`.
         """
         drain(self.headroom_steps(up_m, down_m))
 
@@ -168,28 +158,17 @@ class Editor:
 
     @steps_in_session
     def range_steps(self, quantised_m: tuple[float, float]) -> Steps[None]:
-        """Remove headroom: build tables for a smaller quantisation range in steps, like `headroom_steps`.
-
-        Parameters
-        ----------
-        quantised_m
-            Lowest and highest height that the range must hold: an earlier value of `Heightmap.quantised_m`.
-
-        Raises
-        ------
-        TerrainError
-            The map was edited since the last step. The map is as the edit left it.
-        """
+        """Remove headroom, like `headroom_steps`; `quantised_m` is an earlier value of `Heightmap.quantised_m`."""
         if not self.resources.streaming:
             yield from self._take_steps(self.resources.terrain.with_range(quantised_m))
 
     def _take_steps(self, terrain: Terrain | None) -> Steps[None]:
         """Build tables for the same map with another quantisation range, then use both."""
-        mine = self.resources.terrain
-        tables = None
-        edits = mine.edits
         if terrain is None:
             return
+        mine = self.resources.terrain
+        edits = mine.edits
+        tables = None
         try:
             yield 0.0
             tables = self.resources.tables.beside(terrain)
@@ -199,36 +178,23 @@ class Editor:
                 self.session.ctx.finish()  # a step ends when the GPU has finished it
                 yield 0.9 * share
             self._check_unedited(edits)
-            moved = terrain.base_m != mine.base_m
+            moved = terrain.base_m != mine.base_m  # heights are relative to this base
             mine.take(terrain)
             self.resources.tables.take(tables)
         finally:  # after `take`, these objects hold the old tables; after a failure, the unfinished ones
             terrain.release()
             if tables:
                 tables.release_tables()
-        self._follow_new_range(moved)
-        yield 1.0
-
-    def _follow_new_range(self, moved: bool) -> None:
-        """Follow a new quantisation range; `moved`: heights are relative to a new base."""
         self._forget()
-        everything = self.resources.terrain.all_posts
-        picture = self.resources.picture
         if moved:
-            self.resources.selectors.update(everything)
-        picture.update(everything)
-        picture.settle(everything, moved=moved)
+            self.resources.selectors.update(mine.all_posts)
+        self.resources.picture.update(mine.all_posts)
+        self.resources.picture.settle(mine.all_posts, moved=moved)
+        yield 1.0
 
     def _check_unedited(self, edits: int) -> None:
         if self.resources.terrain.edits != edits:  # else parts of the new tables would have the old heights
             raise TerrainError("the map was edited while headroom was made for edits: begin again")
-
-
-def _check_for_store(new: np.ndarray) -> None:
-    if not np.isfinite(new).all():
-        raise UsageError("edit: the voids of a store do not change: give every post a height")
-    if new.size > MOST_POSTS:
-        raise UsageError(f"edit: at most {MOST_POSTS:,} posts of a store at once, got {new.size:,}: edit it in parts")
 
 
 def _span(n: int, which: Any, name: str) -> slice:

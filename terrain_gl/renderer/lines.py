@@ -13,7 +13,6 @@ from ..heightmap import Heightmap, ground_m
 from ..shade.picture import Picture
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
-FEW = 8192  # pieces that the first buffer has room for
 Color = tuple[int, int, int, int]
 Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
 # blending of colour, then of opacity: the picture below stays opaque
@@ -27,14 +26,9 @@ class Lines:
         self.ctx = ctx
         files = {"vertex": "view/lines.vert", "fragment": "view/lines.frag"}
         self._program = shaders.program(ctx, **files, defines={"SAMPLES": samples})
-        self._reserve(FEW)
-
-    def _reserve(self, count: int) -> None:
-        """Make room for `count` pieces of lines."""
-        self._room = count
-        self._pieces = self.ctx.buffer(reserve=count * PIECE.itemsize, dynamic=True)
+        self._pieces = ctx.buffer(reserve=PIECE.itemsize, dynamic=True)
         content = [(self._pieces, "3f4 3f4 4f1 /i", "in_a_m", "in_b_m", "in_color")]
-        self._vao = self.ctx.vertex_array(self._program, content)
+        self._vao = ctx.vertex_array(self._program, content)
 
     def draw(
         self,
@@ -44,21 +38,16 @@ class Lines:
         size: tuple[int, int],
         lines: Sequence[Line],
         width_px: float = 2.0,
-        hidden: float = 0.25,
     ) -> None:
-        """Draw lines into a target of `size`, as `camera` sees them; hidden parts have the opacity `hidden`."""
+        """Draw lines into a target of `size`, as `camera` sees them."""
         parts = [_pieces(points, color, camera) for points, color in lines]
         pieces = np.concatenate(parts or [np.zeros(0, PIECE)])
         if not len(pieces):
             return
-        if len(pieces) > self._room:
-            self._vao.release()
-            self._pieces.release()
-            self._reserve(2 * len(pieces))
+        self._pieces.orphan(pieces.nbytes)
         self._pieces.write(pieces.tobytes())
         self._program["u_window_px"] = size
         self._program["u_width_px"] = width_px
-        self._program["u_hidden"] = hidden
         picture.view.bind()
         bind("view/lines.frag", u_depth=picture.depth)
         target.use()
@@ -69,7 +58,6 @@ class Lines:
         self.ctx.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Release GPU resources."""
         for resource in (self._vao, self._pieces, self._program):
             resource.release()
 
@@ -86,12 +74,11 @@ def _pieces(points: np.ndarray, color: Color, camera: Camera) -> np.ndarray:
 
 def frustum(camera: Camera, size: tuple[int, int], far_m: float) -> list[np.ndarray]:
     """The frustum of a camera as polylines, up to a distance of `far_m`."""
-    tan_x, tan_y = camera.half_extent(size)
-    corners = np.array([[-tan_x, -tan_y, 1], [tan_x, -tan_y, 1], [tan_x, tan_y, 1], [-tan_x, tan_y, 1]]) @ camera.axes
+    signs = np.array([[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
+    corners = far_m * (signs * [*camera.half_extent(size), 1]) @ camera.axes
     eye = np.asarray(camera.eye)
-    base = eye + far_m * corners
-    rims = [eye + share * far_m * corners for share in (0.1, 1.0)]
-    return [np.stack([eye, corner]) for corner in base] + [np.vstack([rim, rim[:1]]) for rim in rims]
+    near, far = eye + 0.1 * corners, eye + corners
+    return [np.stack([eye, corner]) for corner in far] + [np.vstack([rim, rim[:1]]) for rim in (near, far)]
 
 
 def ring(heightmap: Heightmap, x_m: float, y_m: float, radius_m: float, points: int = 96) -> np.ndarray:
@@ -102,15 +89,18 @@ def ring(heightmap: Heightmap, x_m: float, y_m: float, radius_m: float, points: 
 
 def outline(heightmap: Heightmap, corner: tuple[int, int], size: tuple[int, int], most: int = 64) -> np.ndarray:
     """The outline of a rectangle of posts on the land: `corner` is a column and a row, `size` columns and rows."""
-    n = max(2, min(most, max(size) + 1))
-    steps = np.linspace(0, 1, n)
-    zero = 0 * steps
-    one = 1 + 0 * steps
+    steps = np.linspace(0, 1, max(2, min(most, max(size) + 1)))
+    zero, one = np.zeros_like(steps), np.ones_like(steps)
     sides = (steps, zero), (one, steps), (1 - steps, one), (zero, 1 - steps)
     around = np.concatenate([np.stack(side, -1) for side in sides])
-    cols_rows = np.minimum(np.array(corner) + around * size, [heightmap.cols - 1, heightmap.rows - 1])
+    posts = np.minimum(np.array(corner) + around * size, [heightmap.cols - 1, heightmap.rows - 1])
+    return posts_on_land(heightmap, posts)
+
+
+def posts_on_land(heightmap: Heightmap, posts: np.ndarray) -> np.ndarray:
+    """World places (n, 3) of columns and rows (n, 2); the height is NaN where there is no land."""
     east, north = heightmap.spacing_m
-    return on_land(heightmap, np.stack([cols_rows[:, 0] * east, (heightmap.rows - 1 - cols_rows[:, 1]) * north], -1))
+    return on_land(heightmap, np.stack([posts[:, 0] * east, (heightmap.rows - 1 - posts[:, 1]) * north], -1))
 
 
 def on_land(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
@@ -119,7 +109,7 @@ def on_land(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
 
 
 def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
-    """Places along a straight leg, (n, 2): its start, and where it crosses rows and columns of posts, without its end.
+    """Places along a straight leg, (n, 2): its start and its crossings with rows and columns of posts, not its end.
 
     If these are more than `most` places, the result is `most` places at equal distances instead.
     """

@@ -11,7 +11,7 @@ from ..camera import Camera
 from ..camera.camera import in_picture
 from ..camera.pieces import Piece
 from ..shade.picture import Picture
-from .lines import on_land
+from .lines import posts_on_land
 from .overlay import Overlay
 
 _SLACK = 0.985  # a point up to 1.5 % behind the drawn land, which has errors, counts as visible: glsl/view/lines.frag
@@ -32,21 +32,13 @@ class Label(NamedTuple):
 def labels_seen(
     overlays: Sequence[Overlay], picture: Picture, camera: Camera, near_m: float, piece: Piece
 ) -> list[Label]:
-    """The names of points that a piece of a picture shows, after it has been drawn.
-
-    Parameters
-    ----------
-    camera, near_m
-        The view in which the picture was drawn.
-    """
+    """The names of points that a piece of a picture shows, after it was drawn in the view `camera`, `near_m`."""
     named = [pair for overlay in overlays for pair in zip(overlay.names, overlay.points, strict=False) if pair[0]]
     if not named:
         return []
     heightmap = picture.terrain.heightmap
-    posts = np.array([point for _, point in named])
-    east, north = heightmap.spacing_m
-    places = np.stack([posts[:, 0] * east, (heightmap.rows - 1 - posts[:, 1]) * north], -1)
-    from_eye = camera.lowered(on_land(heightmap, places)) - np.asarray(camera.eye)
+    places = posts_on_land(heightmap, np.array([point for _, point in named]))
+    from_eye = camera.lowered(places) - np.asarray(camera.eye)
     x, y, z = np.nan_to_num(from_eye @ camera.axes.T, nan=-1.0).T
     is_there = in_picture(camera, piece.picture, (x, y, z), near_m)
     if not is_there.any():

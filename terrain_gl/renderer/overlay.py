@@ -22,21 +22,11 @@ _DEEPEST = 10  # most collections inside each other
 
 
 class Overlay(NamedTuple):
-    """Lines and points in columns and rows of a map; a polygon is given by its rings.
+    """Lines and points in columns and rows of a map; a polygon is given by its rings."""
 
-    Attributes
-    ----------
-    lines
-        Columns and rows of each line, (n, 2).
-    points
-        Columns and rows of all points, (m, 2).
-    names
-        The names of the points, "" for points without a name; empty if there are no names.
-    """
-
-    lines: tuple[np.ndarray, ...]
-    points: np.ndarray
-    names: tuple[str, ...] = ()
+    lines: tuple[np.ndarray, ...]  # columns and rows of each line, (n, 2)
+    points: np.ndarray  # columns and rows of all points, (m, 2)
+    names: tuple[str, ...] = ()  # of the points, "" for points without a name; empty if there are no names
 
 
 def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overlay:
@@ -68,14 +58,14 @@ def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overl
             tuple(name for _, name in points),
         )
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        raise TerrainError(f"{name}: has no lines and points that can be read: {_reason(error)}") from None
+        words = f"{_words(error)} is missing" if isinstance(error, KeyError) else _words(error)
+        raise TerrainError(f"{name}: has no lines and points that can be read: {words}") from None
     except TerrainError as error:
         raise TerrainError(f"{name}: {error}") from None
 
 
-def _reason(error: Exception) -> str:
-    words = " ".join(str(error).split())[:80]
-    return f"{words} is missing" if isinstance(error, KeyError) else words
+def _words(error: Exception, most: int = 80) -> str:
+    return " ".join(str(error).split())[:most]
 
 
 def _loaded(source: Any) -> tuple[str, Any, Any]:
@@ -92,27 +82,21 @@ def _loaded(source: Any) -> tuple[str, Any, Any]:
 
 
 def _read(name: str) -> tuple[Any, Any]:
-    """GeoJSON and coordinate system of a file."""
     try:
         with open(name, "rb") as file:
             text = file.read()
     except OSError as error:
         raise TerrainError(f"{name}: cannot be read: {error.strerror}") from None
     try:
-        if tracks.is_packed(text):
-            text = tracks.unpacked(text, MAX_BYTES)
-        if tracks.is_xml(text[:64]):
-            return tracks.features_of(text), DEGREES
-        track = tracks.track_of(text.decode("ascii", "replace"))
-        if track:
+        text = tracks.unpacked(text, MAX_BYTES)
+        if track := tracks.track_in(text):
             return track, DEGREES
     except (ValueError, RecursionError) as error:
-        raise TerrainError(f"{name}: {' '.join(str(error).split())[:110]}") from None
+        raise TerrainError(f"{name}: {_words(error, 110)}") from None
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
-        words = " ".join(str(error).split())[:80]
-        advice = f"convert it with ogr2ogr or gpsbabel ({words})"
+        advice = f"convert it with ogr2ogr or gpsbabel ({_words(error)})"
         raise TerrainError(f"{name}: is no GeoJSON, and no {tracks.FORMATS}: {advice}") from None
     return content, _crs_of(content)
 
@@ -167,36 +151,32 @@ def _posts(at: np.ndarray, crs: Any, heightmap: Heightmap, is_line: bool) -> np.
     place = heightmap.place
     east_m, north_m = heightmap.spacing_m
     x, y = at[:, 0], at[:, 1]
-    if place is None:
-        if crs is not None:
-            raise TerrainError(
-                'the map does not say where it lies: with "crs": null, GeoJSON has metres from its south-west corner'
-            )
-    elif crs is not None:
-        x, y = _to_crs(x, y, crs, place.crs)
-        x = place.nearest_turn(x, is_line)
+    if place is None and crs is not None:
+        advice = 'with "crs": null, GeoJSON has metres from its south-west corner'
+        raise TerrainError(f"the map does not say where it lies: {advice}")
     if place is not None:
+        if crs is not None:
+            x, y = _to_crs(x, y, crs, place.crs)
+            x = place.nearest_turn(x, is_line)
         x, y = place.from_map(x, y)  # type: ignore[arg-type, assignment]  # arrays, too
     return np.stack([x / east_m, heightmap.rows - 1 - y / north_m], -1)
 
 
 def _to_crs(x: np.ndarray, y: np.ndarray, crs: Any, own: str | None) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates of one system in another."""
     if own is None:
         raise TerrainError("the map has no coordinate system: give it one with gdal_translate -a_srs")
     if crs == own or not len(x):
         return x, y
-    source = flat_crs(crs)  # raises an error if pyproj is missing
-    target = flat_crs(own)
+    systems = flat_crs(crs), flat_crs(own)  # raises an error if pyproj is missing
     import pyproj
 
     try:
         if crs == DEGREES:  # of another planet, too
             turned = to_degrees(own).transform(x, y, direction="INVERSE")
         else:
-            turned = pyproj.Transformer.from_crs(source, target, always_xy=True).transform(x, y)
+            turned = pyproj.Transformer.from_crs(*systems, always_xy=True).transform(x, y)
     except pyproj.exceptions.ProjError as error:
-        raise TerrainError(f"cannot be converted to map coordinates: {' '.join(str(error).split())[:80]}") from None
+        raise TerrainError(f"cannot be converted to map coordinates: {_words(error)}") from None
     if not np.isfinite(turned).all():
         raise TerrainError("some coordinates have no place in the map's coordinate system")
     return turned[0], turned[1]

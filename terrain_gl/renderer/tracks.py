@@ -27,25 +27,13 @@ class _NoDoctype(ElementTree.TreeBuilder):
         raise ValueError("it has a DOCTYPE, which is not read: remove it")
 
 
-def is_xml(start: bytes) -> bool:
-    """Whether a file that begins with these bytes may be XML."""
-    text = start.removeprefix(b"\xef\xbb\xbf").lstrip()
-    return text.startswith(b"<") or start.startswith((b"\xff\xfe", b"\xfe\xff"))
-
-
-def is_packed(content: bytes) -> bool:
-    """Whether a file may be a KMZ or another archive."""
-    return content.startswith((_ZIP, _GZIP))
-
-
 def unpacked(content: bytes, most_bytes: int) -> bytes:
-    """The content of a .gz, or the first overlay in a .zip; in a KMZ, this is its main document.
+    """The content of a .gz, or the first overlay in a .zip (in a KMZ, its main document); other content as it is.
 
-    Raises
-    ------
-    ValueError
-        There is no overlay, or it cannot be unpacked, or it is larger than `most_bytes`.
+    A ValueError says that there is no overlay, that it cannot be unpacked, or that it is larger than `most_bytes`.
     """
+    if not content.startswith((_ZIP, _GZIP)):
+        return content
     what = "it"
     try:
         if content.startswith(_GZIP):
@@ -66,14 +54,14 @@ def unpacked(content: bytes, most_bytes: int) -> bytes:
     return text
 
 
-def features_of(content: bytes) -> dict[str, Any]:
-    """The lines and points of a file as GeoJSON, in degrees.
+def track_in(content: bytes) -> dict[str, Any] | None:
+    """The lines and points of XML, NMEA sentences or IGC records as GeoJSON, in degrees; None for any other content.
 
-    Raises
-    ------
-    ValueError
-        The file is no XML or none of `FORMATS`, or a coordinate is no number.
+    A ValueError says what is wrong with the XML.
     """
+    start = content[:64].removeprefix(b"\xef\xbb\xbf").lstrip()
+    if not start.startswith((b"<", b"\xff\xfe", b"\xfe\xff")):
+        return _track_of(content.decode("ascii", "replace"))
     try:
         root = ElementTree.fromstring(content, ElementTree.XMLParser(target=_NoDoctype()))
     except (ElementTree.ParseError, LookupError) as error:
@@ -92,11 +80,9 @@ _GGA = re.compile(rf"\$..GGA,[^,]*,{_ANGLE},([NS]),{_ANGLE},([EW]),[1-9]", re.MU
 _IGC = re.compile(r"^B\d{6}(\d\d)(\d{5})([NS])(\d{3})(\d{5})([EW])", re.MULTILINE)  # minutes in thousandths
 
 
-def track_of(text: str) -> dict[str, Any] | None:
-    """GeoJSON of a track in NMEA sentences or IGC records, in degrees; None for any other text."""
+def _track_of(text: str) -> dict[str, Any] | None:
     for pattern, minutes in ((_RMC, 60.0), (_GGA, 60.0), (_IGC, 60_000.0)):
-        found = pattern.findall(text)
-        if found:
+        if found := pattern.findall(text):
             return _feature([[_angle(fix[3:], minutes), _angle(fix[:3], minutes)] for fix in found])
     return None
 
@@ -147,7 +133,6 @@ def _feature(points: Pairs, name: str = "") -> dict[str, Any]:
 
 
 def _name(element: ElementTree.Element) -> str:
-    """The name of an element without its namespace."""
     return element.tag.rpartition("}")[2]
 
 

@@ -47,10 +47,10 @@ class App:
         budget: FrameBudget | None = None,
     ) -> None:
         self._screen = scale
-        self.gui = Gui(ctx, scale_of(size, scale, settings.ui_scale))
+        self.gui = Gui(ctx, partial(self.attempt, self.press), scale_of(size, scale, settings.ui_scale))
         self.viewer = Viewer(ctx, target, size, settings, memory, budget)
         self._fit(size)
-        self.panels = Panels(self.viewer, partial(self.attempt, self.press))
+        self.panels = Panels(self.viewer)
         self.captured = False  # whether the mouse looks around without a button; then panels get no events
         self.errors: list[Exception] = []  # those that the window has shown
         self._failed = False  # whether an error came in the last frame
@@ -122,8 +122,8 @@ class App:
         """Fit the sizes of type and panels to a size of the window, and to the user's factor."""
         scale = scale_of(size, self._screen, self.viewer.settings.ui_scale)
         window = self.viewer.window
-        if scale != self.gui.scale:
-            self.gui.scale = scale
+        if scale != self.gui.widgets.scale:
+            self.gui.rescale(scale)
             window.refresh()
         window.scale = scale
         window.panel_px = taken_px(size, scale)

@@ -1,6 +1,6 @@
 """A box of the summed-area table of heights: the four fetches, and the sum and mean that they give."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,28 +12,15 @@ from ..terrain import quantisation_range
 
 @dataclass(frozen=True)
 class BoxSum:
-    """A box of posts.
+    """A box of posts."""
 
-    Attributes
-    ----------
-    table
-        The table that holds it.
-    box
-        First column, first row, and the column and row after the last, in the table.
-    corners
-        A, B, C and D: the table at north-west, north-east, south-west and south-east, modulo 2³².
-    mean_m
-        Mean height of the posts, in metres.
-    """
-
-    table: SumsTable
-    box: tuple[int, int, int, int]
-    corners: tuple[int, int, int, int]
-    mean_m: float
+    table: SumsTable  # the table that holds it
+    box: tuple[int, int, int, int]  # first column, first row, and the column and row after the last, in the table
+    corners: tuple[int, int, int, int]  # table at north-west, north-east, south-west and south-east, modulo 2³²
+    range_m: tuple[float, float]  # lowest height that the table can hold, and metres from there to the highest
 
     @property
     def posts(self) -> int:
-        """Number of posts in the box."""
         return (self.box[2] - self.box[0]) * (self.box[3] - self.box[1])
 
     @property
@@ -49,8 +36,12 @@ class BoxSum:
         a, b, c, d = self.corners
         return ((d - c) - (b - a)) % 2**32
 
+    @property
+    def mean_m(self) -> float:
+        low_m, span_m = self.range_m
+        return low_m + self.sum / self.posts * span_m / 65535
+
     def lines(self) -> list[str]:
-        """The numbers as text."""
         a, b, c, d = self.corners
         return [
             f"A  {a:,}      B  {b:,}      north",
@@ -62,11 +53,14 @@ class BoxSum:
         ]
 
 
-def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
-    """Look up the box around a post, at most `side` entries of the table a side, in the GPU's table."""
-    table = renderer.picture.sums.table_over(col, row)
+def box_around(renderer: Renderer, place: np.ndarray, side: int) -> BoxSum:
+    """Look up the box around a place in world metres, in the GPU's table: at most `side` entries a side."""
+    heightmap = renderer.heightmap
+    east, north = heightmap.spacing_m
+    post = round(float(place[0] / east)), round(float(heightmap.rows - 1 - place[1] / north))
+    table = renderer.picture.sums.table_over(*post)
     cols, rows = table.size
-    col, row = ((at - corner) >> table.level for at, corner in zip((col, row), table.corner, strict=True))
+    col, row = ((at - corner) >> table.level for at, corner in zip(post, table.corner, strict=True))
     x0, y0 = max(0, min(col - side // 2, cols - 1)), max(0, min(row - side // 2, rows - 1))
     x1, y1 = min(x0 + side, cols), min(y0 + side, rows)
 
@@ -77,14 +71,4 @@ def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
         return int.from_bytes(table.buffer.read(4, offset=4 * word), "little")
 
     corners = fetch(x0, y0), fetch(x1, y0), fetch(x0, y1), fetch(x1, y1)
-    found = BoxSum(table, (x0, y0, x1, y1), corners, 0.0)
-    _, low_m, span_m = quantisation_range(*renderer.heightmap.quantised_m)
-    return replace(found, mean_m=low_m + found.sum / found.posts * span_m / 65535)
-
-
-def box_under(renderer: Renderer, place: np.ndarray, side: int) -> BoxSum:
-    """Read the box around a place of the land, in world metres."""
-    heightmap = renderer.heightmap
-    east, north = heightmap.spacing_m
-    col, row = round(place[0] / east), round(heightmap.rows - 1 - place[1] / north)
-    return box_around(renderer, int(col), int(row), side)
+    return BoxSum(table, (x0, y0, x1, y1), corners, quantisation_range(*heightmap.quantised_m)[1:])

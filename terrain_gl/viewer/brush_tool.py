@@ -33,23 +33,7 @@ class Dab(NamedTuple):
 
 
 class BrushTool:
-    """The brush over one map.
-
-    Attributes
-    ----------
-    tool, radius_m, azimuth_deg
-        As `Brush` takes them.
-    strength_m
-        Metres of each dab, for tools that move the ground.
-    share
-        For all other tools: how far a dab moves the ground towards its goal, 0 to 1.
-    due
-        Dabs that are still to be done, the next one first.
-    edits
-        Number of changes of the map.
-    waits_for_headroom
-        Whether a dab that would leave the quantisation range waits for new tables. If not, they are built at once.
-    """
+    """The brush over one map."""
 
     def __init__(self, renderer: Renderer) -> None:
         self.renderer = renderer
@@ -57,12 +41,11 @@ class BrushTool:
         low, high = heightmap.range_m
         self.tool = TOOLS[0]
         self.radius_m = min(0.04 * min(heightmap.extent_m), 0.1 * self.most_radius_m)
-        self.strength_m = max(0.02 * (high - low), 1e-3)
-        self.share = 0.3
+        self.strength_m = max(0.02 * (high - low), 1e-3)  # metres of each dab, for tools that move the ground
+        self.share = 0.3  # for all other tools: how far a dab moves the ground towards its goal, 0 to 1
         self.azimuth_deg = 180.0
-        self.edits = 0
-        self.due: deque[Dab] = deque()
-        self.waits_for_headroom = True
+        self.due: deque[Dab] = deque()  # dabs that are still to be done, the next one first
+        self.waits_for_headroom = True  # whether a dab beyond the quantisation range waits for new tables
         self._range_m = heightmap.quantised_m  # quantisation range before the brush was taken
         self._sculptor = Sculptor(renderer)
         self._last: tuple[float, float] | None = None
@@ -76,16 +59,12 @@ class BrushTool:
         posts_m = MOST_POSTS * min(heightmap.spacing_m) if heightmap.is_store else math.inf
         return min(max(heightmap.extent_m), posts_m)
 
-    # --- Settings -----------------------------------------------------------------------------------------------------
-
     @property
     def brush(self) -> Brush:
-        """The brush with its present settings."""
         strength = self.share if self.tool in SHARES else self.strength_m
         return Brush(self.tool, self.radius_m, strength, azimuth_deg=self.azimuth_deg)
 
     def next_tool(self) -> str:
-        """Take the next tool, and return it."""
         self.tool = TOOLS[(TOOLS.index(self.tool) + 1) % len(TOOLS)]
         return self.tool
 
@@ -102,10 +81,7 @@ class BrushTool:
             low, high = self.renderer.heightmap.range_m
             self.strength_m = min(max(self.strength_m * STEP**steps, 1e-4), max(high - low, 1.0))
 
-    # --- Strokes ------------------------------------------------------------------------------------------------------
-
     def begin(self, place: np.ndarray, now_s: float) -> None:
-        """Begin a stroke: the button goes down on the land."""
         self._last = None
         self._dabbed_s = float("-inf")
         self._begins = True
@@ -129,7 +105,7 @@ class BrushTool:
             group = [self.due.popleft() for _ in range(count)]
             if group[0].begins:
                 self._sculptor.begin()
-            self.edits += self._sculptor.dabs(group[0].brush, [dab.place for dab in group]) is not None
+            self._sculptor.dabs(group[0].brush, [dab.place for dab in group])
             yield 0.0
 
     def end(self) -> None:
@@ -150,22 +126,17 @@ class BrushTool:
     def undo(self) -> bool:
         """Undo the last stroke, with its dabs that are still due; False if there is none."""
         self._begins = True
-        return self._forget_last() or self._step_back(self._sculptor.undo)
+        while self.due:
+            if self.due.pop().begins:  # none of its dabs was done
+                return True
+        return self._step_back(self._sculptor.undo)
 
     def redo(self) -> bool:
         """Do the last undone stroke again; False if there is none."""
         return not self.due and self._step_back(self._sculptor.redo)
 
-    def _forget_last(self) -> bool:
-        """Forget the last stroke's dabs that are still due; returns whether none of its dabs was done."""
-        while self.due:
-            if self.due.pop().begins:
-                return True
-        return False
-
     def _step_back(self, step: Callable[[], bool]) -> bool:
         done = step()
-        self.edits += done
         self._sculptor.end()
         return done
 
@@ -173,7 +144,6 @@ class BrushTool:
 
     @property
     def has_headroom(self) -> bool:
-        """Whether the tables can hold the next dab."""
         return not self.due or self._next_count() > 0
 
     def headroom_steps(self) -> Steps[None]:
@@ -184,8 +154,11 @@ class BrushTool:
         return self.renderer.editor.headroom_steps(more_m, more_m)
 
     def give_back_steps(self) -> Steps[None] | None:
-        """Build tables with the range from before the brush was taken; None if the map has been changed."""
-        return None if self.edits else self.renderer.editor.range_steps(self._range_m)
+        """Build tables with the range from before the brush was taken; None if the map has been changed.
+
+        With a wider range, the same tolerance takes more triangles.
+        """
+        return None if self.renderer.terrain.edits else self.renderer.editor.range_steps(self._range_m)
 
     def _next_count(self) -> int:
         """Number of the next dabs that are done together: equal dabs close to the first, as headroom allows."""
@@ -201,7 +174,6 @@ class BrushTool:
         return int(min(alike, self._most_dabs(first.brush))) if self.waits_for_headroom else alike
 
     def _most_dabs(self, brush: Brush) -> float:
-        """Number of dabs for which the tables have headroom."""
         down_m, up_m = self.renderer.editor.headroom_m
         if brush.tool in SHARES or not brush.strength:
             return math.inf

@@ -1,7 +1,5 @@
 """The look-up that decides the level of a patch, as picture and text: its box in the table, and the four fetches."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,32 +13,21 @@ from .widgets import Widgets
 AROUND = 0.5  # tiles that are shown beyond each side of the box, relative to this side
 LEAST = 8  # fewest tiles that are shown along a side
 SIDE_EM = 8.0  # side of the picture, in heights of the typeface
-_ABOVE = (0.93, 0.30, 0.25)
-_LOW, _HIGH = np.array([0.05, 0.08, 0.16]), np.array([0.55, 0.68, 0.85])
+_ABOVE, _LOW, _HIGH = np.array([[0.93, 0.30, 0.25], [0.05, 0.08, 0.16], [0.55, 0.68, 0.85]])
 _ADDS = (0.45, 0.95, 0.55, 1.0)
 
 
 @dataclass(frozen=True)
 class ErrorBox:
-    """A part of the table around a look-up.
+    """A part of the table around a look-up."""
 
-    Attributes
-    ----------
-    lookup
-        The look-up for the drawn level.
-    first
-        Column and row of the first tile that is shown.
-    counts
-        The table's entries at the corners of the shown tiles, modulo 256.
-    """
-
-    lookup: Lookup
-    first: tuple[int, int]
-    counts: np.ndarray
+    lookup: Lookup  # for the drawn level
+    first: tuple[int, int]  # column and row of the first tile that is shown
+    counts: np.ndarray  # the table's entries at the corners of the shown tiles, modulo 256
 
     @property
     def is_above(self) -> np.ndarray:
-        """Which tiles have an error above the limit. Each is a box of one tile, so it takes four fetches."""
+        """Which tiles have an error above the limit. Each tile is a box of its own, which takes four fetches."""
         s = self.counts
         return (s[1:, 1:] - s[1:, :-1]) - (s[:-1, 1:] - s[:-1, :-1]) > 0
 
@@ -62,19 +49,14 @@ def lines(patch: Explanation) -> list[str]:
     """The look-up as text, for the drawn level, the next coarser one and the next finer one."""
     at = patch.choices.index(patch.chosen)
     said = [_answer(patch.chosen, f"({patch.chosen.segments} segments a side) suffices")]
-    if at > 0:
-        said.append("Coarser: " + _answer(patch.choices[at - 1], _verdict(patch.choices[at - 1])))
-    elif patch.joined:
-        said.append("Coarser, four patches as one: " + _answer(patch.joined, _verdict(patch.joined)))
+    coarser, name = (patch.choices[at - 1], "Coarser") if at else (patch.joined, "Coarser, four patches as one")
+    if coarser:
+        is_too_coarse = coarser.lookup and coarser.lookup.above
+        verdict = "is too coarse" if is_too_coarse else "suffices, but rings or neighbours ask for more"
+        said.append(f"{name}: {_answer(coarser, verdict)}")
     if at + 1 < len(patch.choices):
         said.append("Finer: " + _answer(patch.choices[at + 1], "has more triangles than needed"))
-    return [line for line in said if line]
-
-
-def _verdict(coarser: Choice) -> str:
-    if coarser.lookup and coarser.lookup.above:
-        return "is too coarse"
-    return "suffices, but rings or neighbours ask for more"
+    return said
 
 
 def _answer(choice: Choice, verdict: str) -> str:
@@ -93,20 +75,18 @@ def show(ui: Widgets, box: ErrorBox) -> None:
     imgui.dummy((cols * step, rows * step))
     paper = imgui.get_window_draw_list()
 
-    def colour(rgb: tuple[float, ...] | np.ndarray) -> int:
-        return int(imgui.color_convert_float4_to_u32((*(float(v) for v in rgb[:3]), 1.0)))
+    def corner(x: int, y: int) -> tuple[float, float]:
+        return left + (x - box.first[0]) * step, top + (y - box.first[1]) * step
 
     for row, col in np.ndindex(rows, cols):
-        shade = _LOW + (_HIGH - _LOW) * (box.counts[row + 1, col + 1] / 255)
-        corner = left + col * step, top + row * step
-        filled = colour(_ABOVE if box.is_above[row, col] else shade)
-        paper.add_rect_filled(corner, (corner[0] + step - 1, corner[1] + step - 1), filled)
-    x0, y0, x1, y1 = (v - box.first[i % 2] for i, v in enumerate(box.lookup.tiles))
-    ends = (left + x0 * step, top + y0 * step), (left + x1 * step, top + y1 * step)
-    paper.add_rect(*ends, colour(ACCENT), 0.0, 2 * ui.scale)
-    for i in range(4):
-        at = ends[i & 1][0], ends[i >> 1][1]
-        paper.add_circle_filled(at, 4 * ui.scale, colour(_ADDS if i in (0, 3) else WARNING))
+        shade = _ABOVE if box.is_above[row, col] else _LOW + (_HIGH - _LOW) * (box.counts[row + 1, col + 1] / 255)
+        x, y = left + col * step, top + row * step
+        paper.add_rect_filled((x, y), (x + step - 1, y + step - 1), ui.colour((*shade.tolist(), 1.0)))
+    x0, y0, x1, y1 = box.lookup.tiles
+    paper.add_rect(corner(x0, y0), corner(x1, y1), ui.colour(ACCENT), 0.0, 2 * ui.scale)
+    for colour, places in ((_ADDS, [(x0, y0), (x1, y1)]), (WARNING, [(x1, y0), (x0, y1)])):
+        for x, y in places:
+            paper.add_circle_filled(corner(x, y), 4 * ui.scale, ui.colour(colour))
     imgui.same_line()
     imgui.begin_group()
     a, b, c, d = box.lookup.corners

@@ -10,18 +10,18 @@ from ..renderer.options import RenderOptions
 from ..verify.explain import Choice, Explanation
 from .frame_stats import bound_words
 
+Stats = dict[str, Any]
 HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
+_FAN_OF_CELL = "A fan over one cell, around the mean of its posts"
 
 
 def title(patch: Explanation) -> str:
     """The kind of the patch, in a line."""
-    if patch.chosen.segments == 0 and patch.level:
-        return f"A fan over {patch.side} × {patch.side} posts"
-    if patch.chosen.segments == 0:
-        return "A fan over one cell, around the mean of its posts"
-    t = patch.chosen.segments
+    t, step = patch.chosen.segments, patch.chosen.step
+    if t == 0:
+        return f"A fan over {patch.side} × {patch.side} posts" if patch.level else _FAN_OF_CELL
     quads = "one quad" if t == 1 else f"{t} × {t} quads"
-    return f"A patch of {quads}, {patch.chosen.step:g} post{'s' * (patch.chosen.step > 1)} apart"
+    return f"A patch of {quads}, {step:g} post{'s' * (step > 1)} apart"
 
 
 def plain(patch: Explanation) -> str:
@@ -40,12 +40,12 @@ def bound_px(patch: Explanation) -> float:
 def rows(patch: Explanation, near: bool = False) -> list[tuple[str, str, str, str, str]]:
     """The levels that the patch could have, one in each row under `HEADINGS`; or only those `near` the chosen one."""
     at = patch.choices.index(patch.chosen)
-    return [_row(patch, choice) for choice in (patch.choices[max(at - 1, 0) : at + 2] if near else patch.choices)]
-
-
-def _row(patch: Explanation, choice: Choice) -> tuple[str, str, str, str, str]:
-    error = metres(_error_m(patch, choice))
-    return _name(choice), f"{choice.step:g}", error, f"{choice.px:.3g} px", _verdict(patch, choice)
+    told = []
+    for choice in patch.choices[max(at - 1, 0) : at + 2] if near else patch.choices:
+        kind = "fan" if choice.segments == 0 else f"T = {choice.segments}"
+        error = metres(_error_m(patch, choice))
+        told.append((kind, f"{choice.step:g}", error, f"{choice.px:.3g} px", _verdict(patch, choice)))
+    return told
 
 
 def reasons(patch: Explanation) -> list[str]:
@@ -76,13 +76,10 @@ def reasons(patch: Explanation) -> list[str]:
 
 
 def _place(place: tuple[float, float]) -> str:
-    """A place in world metres."""
     return f"x {place[0]:,.0f} m, y {place[1]:,.0f} m"
 
 
-def side_line(
-    options: RenderOptions, stats: dict[str, Any], is_preview: bool = False, measured_px: dict[str, float] | None = None
-) -> str:
+def side_line(options: RenderOptions, stats: Stats, is_preview: bool, measured_px: dict[str, float] | None) -> str:
     """A line about a side of a split picture: what the user requested, triangles, bound and achieved error."""
     tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
     budget = f"{options.triangles:,} triangles {options.metric}" if options.triangles else tolerance
@@ -90,10 +87,6 @@ def side_line(
     bound = "preview" if is_preview else bound_words(stats, ".3g")
     found = "" if not measured_px else f", achieved {measured_px['max']:.3g} px (RMS {measured_px['rms']:.2g} px)"
     return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}"
-
-
-def _name(choice: Choice) -> str:
-    return "fan" if choice.segments == 0 else f"T = {choice.segments}"
 
 
 def _error_m(patch: Explanation, choice: Choice) -> float:

@@ -1,15 +1,12 @@
 """Shows how detail is chosen: frozen levels, a split picture, an explained patch, a box of the summed-area table."""
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 
 from ..renderer.methods import BASELINES, CERTIFIED, METHODS, REGISTRY
 from ..renderer.options import RenderOptions
 from ..verify.explain import Explanation
 from . import error_box
-from .box_sum import BoxSum, box_under
+from .box_sum import BoxSum, box_around
 from .error_box import ErrorBox
 from .painter import Painter
 from .pointer import Pointer
@@ -20,19 +17,7 @@ LENS = 6.0  # magnification
 
 
 class Explainer:
-    """Shows how the mesh was chosen.
-
-    Attributes
-    ----------
-    explanation
-        Explanation of the patch that was clicked; None if there is none.
-    error_box
-        The patch's box in the table of error counts; None if no table decided its level.
-    place
-        The place that was clicked last, in world metres; None for the sky.
-    box
-        The box of the summed-area table under the cursor; None if there is none.
-    """
+    """Shows how the mesh was chosen."""
 
     def __init__(self, scene: Scene, pointer: Pointer, painter: Painter) -> None:
         self._scene = scene
@@ -40,12 +25,11 @@ class Explainer:
         self._painter = painter
         self._settings = scene.settings
         self._window = scene.window
-        self.explanation: Explanation | None = None
-        self.error_box: ErrorBox | None = None
-        self.place: np.ndarray | None = None
-        self.box: BoxSum | None = None
-        # the options before the split, and those of the left side after it
-        self._split_from: tuple[RenderOptions, RenderOptions] | None = None
+        self.explanation: Explanation | None = None  # of the patch that was clicked
+        self.error_box: ErrorBox | None = None  # its box in the table of error counts; None if no table decided
+        self.place: np.ndarray | None = None  # the place that was clicked last, in world metres; None for the sky
+        self.box: BoxSum | None = None  # the box of the summed-area table under the cursor
+        self._split_from: tuple[RenderOptions, RenderOptions] | None = None  # options before a split, and its left side
 
     def forget(self) -> None:
         """Forget the explanation and the box, because the map has changed."""
@@ -66,17 +50,16 @@ class Explainer:
         return True
 
     def toggle_wires(self) -> None:
-        """Draw the mesh over the picture, or not."""
         self._settings.change(wires=not self._settings.options.wires)
 
     def toggle_freeze(self) -> None:
-        """Keep the levels that were chosen for this camera, or choose them for each frame again."""
-        self._scene.frozen = None if self._scene.frozen else self._scene.controller.camera
-        self._window.say(
-            "the levels are frozen: fly around and look at them; L ends this"
-            if self._scene.frozen
-            else "the levels follow the camera again"
-        )
+        """Freeze the levels as they are for this camera, or let them follow the camera again."""
+        if self._scene.frozen:
+            self._scene.frozen = None
+            self._window.say("the levels follow the camera again")
+        else:
+            self._scene.frozen = self._scene.controller.camera
+            self._window.say("the levels are frozen: fly around and look at them; L ends this")
 
     def toggle_split(self) -> None:
         """Split the picture, or join it.
@@ -86,17 +69,14 @@ class Explainer:
         """
         settings = self._settings
         if settings.split:
-            settings.sides = [self.unsplit]
-            settings.active = 0
+            self.take_sides([self.unsplit])
             self._window.say("one picture again")
             return
         before = settings.options
-        least, _ = BUDGETS
-        drawn = self._painter.frame.stats.get("triangles", least)
-        triangles = min(max(drawn, least), COMPARED)
+        triangles = min(max(self._painter.frame.stats.get("triangles", 0), BUDGETS[0]), COMPARED)
         left = before.otherwise(triangles=triangles, style="error", error_scale_px=SCALE_PX)
-        width = max(1, self._window.size[0])
-        settings.split_at(0.5 + 0.5 * (self._window.panel_px / width if settings.panel else 0.0))  # beside the panel
+        taken_px = self._window.panel_px if settings.panel else 0.0
+        settings.split_at(0.5 + 0.5 * taken_px / max(1, self._window.size[0]))  # the middle beside the panel
         if self._scene.is_paged:
             right = left.otherwise(metric="max" if left.metric == "rms" else "rms")
             compared = "least squares, and the smallest largest error"
@@ -116,24 +96,17 @@ class Explainer:
 
     @property
     def unsplit(self) -> RenderOptions:
-        """The left side's options. Options that only the split changed are as they were before the split."""
+        """The options before the split, with the user's changes of the left side since then."""
         now = self._settings.sides[0]
         if not self._settings.split or not self._split_from:
             return now
         before, split = self._split_from
-        back: dict[str, Any] = {"style": before.style} if now.style == split.style else {}
-        back["error_scale_px"] = before.error_scale_px
-        detail = ("triangles", "max_error_px", "metric", "method", "parameters")
-        if all(getattr(now, name) == getattr(split, name) for name in detail):
-            back |= {name: getattr(before, name) for name in detail}
-        return replace(now, **back)
+        return before.otherwise(**{name: value for name, value in vars(now).items() if value != getattr(split, name)})
 
     def toggle_lens(self) -> None:
-        """Show a magnifying glass under the cursor, or not."""
         self._settings.lens = 0.0 if self._settings.lens else LENS
 
     def toggle_sums(self) -> None:
-        """Show the summed-area table, or not."""
         self._settings.sums = not self._settings.sums
 
     def explain(self, x: float, y: float) -> None:
@@ -158,12 +131,11 @@ class Explainer:
             self._window.say(_no_explanation(spec.sides[side].method))
 
     def follow_cursor(self) -> None:
-        """Read the box of the table that is under the cursor now."""
         at = self._pointer.over_land
         if not self._settings.sums:
             self.box = None
         elif at and (place := self._pointer.place_under(*at)) is not None:
-            self.box = box_under(self._scene.renderer, place, self._settings.box)
+            self.box = box_around(self._scene.renderer, place, self._settings.box)
 
 
 def _no_explanation(method: str) -> str:

@@ -14,22 +14,9 @@ from .window_state import Size
 LIVELY_S = 0.8  # after an event, frames are drawn for this time: controls change, hints appear
 LIVELY_FRAMES = 8  # least number of these frames: of several quick events, ImGui handles one in each frame
 _BUTTONS = {"left": 0, "right": 1, "middle": 2}
-_KEYS = {
-    "tab": "tab",
-    "left": "left_arrow",
-    "right": "right_arrow",
-    "up": "up_arrow",
-    "down": "down_arrow",
-    "home": "home",
-    "end": "end",
-    "backspace": "backspace",
-    "delete": "delete",
-    "enter": "enter",
-    "escape": "escape",
-    "ctrl": "mod_ctrl",
-    "shift": "mod_shift",
-    **{letter: letter for letter in "acvxyz"},
-}
+_KEYS = {name: name for name in ("tab", "home", "end", "backspace", "delete", "enter", "escape", *"acvxyz")}
+_KEYS |= {name: f"{name}_arrow" for name in ("left", "right", "up", "down")}
+_KEYS |= {"ctrl": "mod_ctrl", "shift": "mod_shift"}
 
 
 def load_imgui() -> Any:
@@ -49,19 +36,7 @@ def load_imgui() -> Any:
 
 
 class Gui:
-    """Panels over a picture.
-
-    Parameters
-    ----------
-    ctx
-        The OpenGL context.
-    scale
-        Pixels per unit of length: more than 1 on fine screens.
-
-    Attributes
-    ----------
-    widgets
-        Builds the controls.
+    """Panels over a picture, with `scale` pixels per unit of length; `press` executes the command of a key.
 
     Raises
     ------
@@ -69,7 +44,7 @@ class Gui:
         The extra [gui] is not installed.
     """
 
-    def __init__(self, ctx: moderngl.Context, scale: float = 1.0) -> None:
+    def __init__(self, ctx: moderngl.Context, press: Callable[[str], None], scale: float = 1.0) -> None:
         self._imgui = load_imgui()
         self._context = self._imgui.create_context()
         self._use_context()
@@ -78,26 +53,19 @@ class Gui:
         self._imgui.get_io().config_error_recovery_enable_tooltip = False
         theme.load_typeface(self._imgui)
         self._draw = GuiDraw(ctx, self._imgui)
-        self.widgets = Widgets(self._imgui)
+        self.widgets = Widgets(self._imgui, press)
         self._drawn_s = 0.0
         self._lively_until_s = 0.0
         self._touched = True
         self._frames_due = 0
-        self.scale = scale
+        self.rescale(scale)
 
-    @property
-    def scale(self) -> float:
-        """Pixels per unit of length."""
-        return self.widgets.scale
-
-    @scale.setter
-    def scale(self, scale: float) -> None:
+    def rescale(self, scale: float) -> None:
         self.widgets.scale = scale
         self._use_context()
         theme.apply(self._imgui, scale)
 
     def release(self) -> None:
-        """Release GPU resources."""
         self._use_context()
         self._draw.release()
         self._imgui.get_platform_io().textures  # noqa: B018  ImGui expects this before it is destroyed
@@ -106,25 +74,20 @@ class Gui:
     # --- Events, in pixels of the picture -----------------------------------------------------------------------------
 
     def move(self, x: float, y: float) -> None:
-        """The cursor moves to a pixel."""
         self._io().add_mouse_pos_event(x, y)
 
     def button(self, name: str, down: bool) -> None:
-        """A mouse button goes down or up."""
         if name in _BUTTONS:
             self._io().add_mouse_button_event(_BUTTONS[name], down)
 
     def wheel(self, dx: float, dy: float) -> None:
-        """The wheel turns."""
         self._io().add_mouse_wheel_event(dx, dy)
 
     def key(self, name: str, down: bool) -> None:
-        """A key goes down or up."""
         if name in _KEYS:
             self._io().add_key_event(getattr(self._imgui.Key, _KEYS[name]), down)
 
     def write(self, character: int) -> None:
-        """A character is typed."""
         self._io().add_input_character(character)
 
     def covers(self, x: float, y: float) -> bool:
@@ -135,7 +98,6 @@ class Gui:
 
     @property
     def takes_text(self) -> bool:
-        """Whether typed text goes into a field."""
         return self._io().want_text_input
 
     def close_list(self) -> bool:
@@ -146,8 +108,6 @@ class Gui:
         self._imgui.internal.close_popup_to_level(0, True)
         self._touched = True
         return True
-
-    # --- Frames -------------------------------------------------------------------------------------------------------
 
     def is_lively(self, now_s: float) -> bool:
         """Whether the panels may soon look different without any event."""

@@ -14,8 +14,6 @@ from ..gpu import shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
 
-_FIRST_BYTES = 1 << 18
-
 
 class GuiDraw:
     """Draws the frames of ImGui's current context; `imgui` is its module."""
@@ -25,7 +23,9 @@ class GuiDraw:
         self.imgui = imgui
         self._program = shaders.program(ctx, vertex="view/gui.vert", fragment="view/gui.frag")
         self._textures: dict[int, moderngl.Texture] = {}
-        self._make_buffers(_FIRST_BYTES, _FIRST_BYTES)
+        self._vertices, self._indices = (ctx.buffer(reserve=1, dynamic=True) for _ in range(2))
+        content = [(self._vertices, "2f4 2f4 4f1", "in_at_px", "in_texel", "in_color")]
+        self._vao = ctx.vertex_array(self._program, content, self._indices, index_element_size=imgui.INDEX_SIZE)
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def draw(self, framebuffer: moderngl.Framebuffer, size: tuple[int, int], data: Any) -> None:
@@ -38,10 +38,10 @@ class GuiDraw:
         self.ctx.enable_only(moderngl.BLEND)
         self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         for triangles in data.cmd_lists:
-            self._upload(triangles)
+            _upload(self._vertices, triangles.vtx_buffer, self.imgui.VERTEX_SIZE)
+            _upload(self._indices, triangles.idx_buffer, self.imgui.INDEX_SIZE)
             for command in triangles.cmd_buffer:
-                left, top, right, bottom = (round(side) for side in command.clip_rect)
-                left, top = max(left, 0), max(top, 0)
+                left, top, right, bottom = (max(round(side), 0) for side in command.clip_rect)
                 if right > left and bottom > top:
                     framebuffer.scissor = (left, size[1] - bottom, right - left, bottom - top)
                     bind("view/gui.frag", u_texture=self._textures[command.tex_ref.get_tex_id()])
@@ -50,28 +50,9 @@ class GuiDraw:
         self.ctx.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Release GPU resources."""
         made: list[Resource] = [*self._textures.values(), self._vao, self._vertices, self._indices, self._program]
         for resource in made:
             resource.release()
-
-    def _make_buffers(self, vertex_bytes: int, index_bytes: int) -> None:
-        self._vertices = self.ctx.buffer(reserve=vertex_bytes, dynamic=True)
-        self._indices = self.ctx.buffer(reserve=index_bytes, dynamic=True)
-        content = [(self._vertices, "2f4 2f4 4f1", "in_at_px", "in_texel", "in_color")]
-        itemsize = self.imgui.INDEX_SIZE
-        self._vao = self.ctx.vertex_array(self._program, content, self._indices, index_element_size=itemsize)
-
-    def _upload(self, triangles: Any) -> None:
-        vertices = _bytes(triangles.vtx_buffer, self.imgui.VERTEX_SIZE)
-        indices = _bytes(triangles.idx_buffer, self.imgui.INDEX_SIZE)
-        if len(vertices) > self._vertices.size or len(indices) > self._indices.size:
-            for resource in (self._vao, self._vertices, self._indices):
-                resource.release()
-            self._make_buffers(2 * len(vertices) + _FIRST_BYTES, 2 * len(indices) + _FIRST_BYTES)
-        for buffer, data in ((self._vertices, vertices), (self._indices, indices)):
-            buffer.orphan()  # the GPU may still read the triangles of the last frame
-            buffer.write(data)
 
     def _follow(self, texture: Any) -> None:
         """Create, update or destroy a texture as ImGui asks."""
@@ -90,9 +71,11 @@ class GuiDraw:
             texture.set_status(status.destroyed)
 
 
-def _bytes(vector: Any, itemsize: int) -> bytes:
-    """The bytes of one of ImGui's own vectors."""
-    return ctypes.string_at(vector.data_address(), vector.size() * itemsize)
+def _upload(buffer: moderngl.Buffer, vector: Any, itemsize: int) -> None:
+    """Write one of ImGui's own vectors to a buffer, in new memory: the GPU may still read the last frame's."""
+    data = ctypes.string_at(vector.data_address(), vector.size() * itemsize)
+    buffer.orphan(len(data))
+    buffer.write(data)
 
 
 def _pixels(texture: Any) -> bytes:

@@ -14,8 +14,6 @@ ABOUT = (
     "Raise the tolerance and watch the number of triangles fall. Under Understand you can see the mesh, its levels, and"
     " the error of each pixel. The panel shows the certified bound. When nothing moves, it also shows the error that"
     " was measured on the drawn mesh.",
-    "While the tables of a large map are being built, the window shows a preview: a coarse sample of the map. A preview"
-    " has no certified bound.",
 )
 
 
@@ -40,40 +38,21 @@ def _keys(ui: Widgets) -> None:
     """Keys and their effects: in two columns if the window is wide enough, close together if it is low."""
     imgui = ui.imgui
     lines = shown_lines()
-    columns = [list(GROUPS)]
-    sizes = {group: sum(line[0] == group for line in lines) + 2 for group in GROUPS}
+    groups = list(GROUPS)
     width, height = imgui.get_io().display_size
-    if 0.96 * width > WIDTH_EM * ui.em:
-        columns = _halves(sizes)
-    longest = max(sum(sizes[group] for group in column) for column in columns)
+    columns = [groups[:2], groups[2:]] if 0.96 * width > WIDTH_EM * ui.em else [groups]
+    longest = max(sum(group in column for group, _, _ in lines) + 2 * len(column) for column in columns)
     spacing = imgui.get_style().item_spacing
     room = height / (longest + AROUND_ROWS) - imgui.get_text_line_height()
     imgui.push_style_var(imgui.StyleVar_.item_spacing, (spacing.x, min(max(room, 0.0), spacing.y)))
-    _table(ui, lines, columns)
+    if imgui.begin_table("keys", len(columns)):
+        for column in columns:
+            imgui.table_next_column()
+            for title in column:
+                imgui.separator_text(title)
+                for _, keys, meaning in (line for line in lines if line[0] == title):
+                    imgui.text_colored(imgui.get_style_color_vec4(imgui.Col_.check_mark), keys)
+                    imgui.same_line(8 * ui.em)
+                    imgui.text(meaning)
+        imgui.end_table()
     imgui.pop_style_var()
-
-
-def _table(ui: Widgets, lines: list[tuple[str, str, str]], columns: list[list[str]]) -> None:
-    """One or two columns of groups, side by side."""
-    imgui = ui.imgui
-    if not imgui.begin_table("keys", len(columns)):
-        return
-    for half in columns:
-        imgui.table_next_column()
-        for group in half:
-            imgui.separator_text(group)
-            for _, keys, meaning in (line for line in lines if line[0] == group):
-                imgui.text_colored(imgui.get_style_color_vec4(imgui.Col_.check_mark), keys)
-                imgui.same_line(8 * ui.em)
-                imgui.text(meaning)
-    imgui.end_table()
-
-
-def _halves(sizes: dict[str, int]) -> list[list[str]]:
-    """The groups in order, in two columns of about the same length."""
-    left: list[str] = []
-    for group, size in sizes.items():
-        if 2 * (sum(sizes[g] for g in left) + size) > sum(sizes.values()) + size and left:
-            break
-        left.append(group)
-    return [left, [group for group in sizes if group not in left]]

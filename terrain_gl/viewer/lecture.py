@@ -28,23 +28,13 @@ _NAMES = (*_NUMBERS, *(f"{name}_right" for name in _NUMBERS[2:]))
 
 @dataclass(frozen=True)
 class Station:
-    """A station of a lecture.
-
-    Attributes
-    ----------
-    name, says, asks
-        Its title, its sentences, and its question.
-    state
-        The state of the window: see `state.apply`.
-    click
-        The place whose patch is explained, as shares of the window from the upper left; None for no place.
-    """
+    """A station of a lecture."""
 
     name: str
     says: tuple[str, ...]
     asks: str
-    state: dict[str, Any]
-    click: tuple[float, float] | None
+    state: dict[str, Any]  # of the window: see `state.apply`
+    click: tuple[float, float] | None  # the place whose patch is explained, as shares of the window from the upper left
 
 
 def read_lecture(path: str | None = None) -> list[Station]:
@@ -53,7 +43,7 @@ def read_lecture(path: str | None = None) -> list[Station]:
     Raises
     ------
     UsageError
-        The file is no lecture; the line says which station is wrong.
+        The file is no lecture; the message names the station that is wrong.
     """
     try:
         text = Path(path).read_text("utf-8") if path else files(__package__).joinpath("lecture.json").read_text("utf-8")
@@ -79,17 +69,11 @@ def _station(entry: dict[str, Any], where: str) -> Station:
 
 
 class Lecture:
-    """Shows the stations one after the other.
-
-    Attributes
-    ----------
-    number
-        Number of the shown station, from 0 on; None while no station is shown.
-    """
+    """Shows the stations one after the other."""
 
     def __init__(self, stations: list[Station], scene: Scene, painter: Painter, explainer: Explainer) -> None:
         self.stations = stations
-        self.number: int | None = None
+        self.number: int | None = None  # of the shown station, from 0 on
         self._scene = scene
         self._painter = painter
         self._explainer = explainer
@@ -98,7 +82,6 @@ class Lecture:
 
     @property
     def station(self) -> Station | None:
-        """The station that is shown."""
         return None if self.number is None else self.stations[self.number]
 
     def begin(self) -> None:
@@ -110,16 +93,12 @@ class Lecture:
         settings.lens = 0.0
         self._show(self.number or 0, travels=False)
 
-    def go(self, steps: int) -> None:
-        """Go `steps` stations forward; backward if `steps` is negative."""
-        if self.number is not None:
-            self._show(min(max(self.number + steps, 0), len(self.stations) - 1), travels=True)
-
     def press(self, key: str) -> bool:
-        """If a key belongs to the lecture, go to the next or previous station; returns whether it does."""
+        """If a key belongs to the lecture, show the next or the previous station; returns whether it does."""
         if self.number is None or key not in (*NEXT, *BACK):
             return False
-        self.go(1 if key in NEXT else -1)
+        number = self.number + (1 if key in NEXT else -1)
+        self._show(min(max(number, 0), len(self.stations) - 1), travels=True)
         return True
 
     def end(self) -> None:
@@ -162,13 +141,10 @@ class Lecture:
         numbers = dict.fromkeys(_NAMES, UNKNOWN) | {"posts": f"{columns * rows:,}", "every": f"{every:,}"}
         if self._painter.drawn is None or not self._painter.frame.way.is_full:
             return numbers
-        for end, i in (("", 0), ("_right", 1)):
-            if i >= len(self._painter.side_stats):
-                break
-            stats = self._painter.side_stats[i]
+        measured: list[dict[str, float] | None] = [*self._painter.side_measured, None, None]
+        for end, stats, found_px in zip(("", "_right"), self._painter.side_stats, measured, strict=False):
             bound_px = stats.get("certified_max_error_px")
-            measured = self._painter.side_measured[i] if i < len(self._painter.side_measured) else None
-            error_px = achieved_px(stats, measured)
+            error_px = achieved_px(stats, found_px)
             numbers |= {
                 f"triangles{end}": f"{stats['triangles']:,}",
                 f"patches{end}": f"{stats['patches']:,}",

@@ -2,7 +2,6 @@
 
 import os
 import re
-from collections.abc import Callable
 
 from ..files.maps import bundled
 from .viewer import Viewer
@@ -12,20 +11,18 @@ _RECENT = "files shown before"
 _NUMBER = r"[-−+]?\d*\.?\d+(?:e[-+]?\d+)?"
 
 
-def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> None:
+def map_section(ui: Widgets, viewer: Viewer) -> None:
     """Build the section on the map."""
     opened = viewer.scene.opened
-    shown = viewer.painter.frame.name
-    names = [*bundled(), *([] if opened.key in bundled() else [shown])]
-    now = opened.key if opened.key in bundled() else shown
-    if name := ui.choose("map", now, names, "The maps that come with the program."):
+    shown = opened.key if opened.key in bundled() else viewer.painter.frame.name
+    names = list(dict.fromkeys([*bundled(), shown]))
+    if (name := ui.choose("map", shown, names, "The maps that come with the program.")) != shown:
         viewer.open(name)
     lost = (str(path) for path in viewer.lost if path.suffix != ".npz")
     recent = {os.path.basename(path): path for path in (*lost, *viewer.memory.recent(opened.key))}
     if recent and (name := ui.choose("recent", _RECENT, (_RECENT, *recent), "Files that were shown before.")) in recent:
         viewer.open(recent[name])
-    if ui.button("Open a file", "Choose a file from a folder (Ctrl O)."):
-        press("ctrl+o")
+    ui.button("Open a file", "Choose a file from a folder (Ctrl O).", "ctrl+o")
     hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
     if path := ui.enter("file", viewer.loader.refused, PATH, hint):
         viewer.open(path)
@@ -38,23 +35,16 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
     spacing = ui.enter("spacing", f"{east:g}" if east == north else f"{east:g} × {north:g}", "metres, then Enter", hint)
     if spacing:
         _set_spacing(viewer, spacing)
-    _scale(ui, viewer)
-
-
-def _scale(ui: Widgets, viewer: Viewer) -> None:
-    """Build fields for a scale that is missing or wrong in the file: the size of the map, and its heights."""
     heightmap = viewer.scene.heightmap
     east, north = heightmap.extent_m
     hint = "Metres east and north, or east alone, between the map's outer posts; with km they are kilometres."
     now = f"{east:.6g} × {north:.6g}"
-    typed = ui.enter("map size", now, "metres, then Enter", hint)
-    if typed is not None and typed != now:
+    if (typed := ui.enter("map size", now, "metres, then Enter", hint)) not in (None, now):
         _set_size(viewer, typed)
     low, high = heightmap.range_m
     hint = "Metres of the lowest and of the highest post. All heights in between are scaled."
     now = f"{low:.6g} to {high:.6g}"
-    typed = ui.enter("heights", now, "lowest to highest", hint)
-    if typed is not None and typed != now:
+    if (typed := ui.enter("heights", now, "lowest to highest", hint)) not in (None, now):
         _set_heights(viewer, typed)
 
 

@@ -16,7 +16,7 @@ _FRUSTUM = (255, 205, 120, 255)
 _PICKED = (255, 120, 90, 255)
 _BRUSH = (255, 255, 255, 230)
 _RULER = (255, 235, 90, 255)
-_CORNER = 0.008  # radius of the ring around a corner of the ruler, as a part of the distance
+_CORNER = 0.008  # radius of the ring around a corner of the ruler, as a fraction of its distance from the eye
 
 
 def lines_on_land(

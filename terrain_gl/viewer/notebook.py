@@ -13,10 +13,8 @@ import asyncio
 import base64
 import os
 import time
-from collections.abc import Callable
 from typing import Any
 
-import moderngl
 import numpy as np
 
 try:
@@ -33,6 +31,7 @@ from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..gpu import gl
 from ..gpu.context import create_context
+from ..gpu.textures import from_top
 from ..heightmap import Heightmap
 from ..image import png_bytes
 from ..renderer import Renderer
@@ -71,11 +70,6 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     options
         Fields of `RenderOptions` by name: how the map is drawn at first.
 
-    Attributes
-    ----------
-    app
-        The viewer with its panels.
-
     Raises
     ------
     TerrainError
@@ -103,14 +97,13 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         sun = options.pop("sun", known.sun if known else standard_sun(heightmap))
         settings = Settings([RenderOptions(**options, sun=sun)], panel=panels)
         super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px")
-        self._started_s = time.monotonic()
         self._timer: asyncio.TimerHandle | None = None
         self._welcomed = False  # whether a front end is live
         self._still: tuple[str, DisplayHandle | None] | None = None  # the still picture: its PNG, and its output
         self._ratio = 1.0  # pixels of the picture for one pixel of the page
         self.ctx = create_context(backend)
         with self.ctx:
-            self._target = self._framebuffer(size)
+            self._target = self.ctx.framebuffer([self.ctx.renderbuffer(size, 4)])
             self.app = App(self.ctx, self._target, size, settings)
             start = camera or (known.camera if known else standard_view(heightmap))
             self._closed = False
@@ -144,9 +137,9 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         with self.ctx:
             self._fit_target()
             for _ in range(3):  # panels need one or two frames to find their size
-                self.app.frame(self._now_s)
+                self.app.frame(time.monotonic())
             while not (self.viewer.settled or self.viewer.scene.controller.moving):
-                self.app.frame(self._now_s)
+                self.app.frame(time.monotonic())
             return self._pixels()
 
     def close(self, *args: Any, **kwargs: Any) -> None:
@@ -162,18 +155,21 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
             return None
         with self.ctx:
             self._fit_target()
-            pixels = self._pixels() if self.app.frame(self._now_s) else None
-        self._request_next()
+            pixels = self._pixels() if self.app.frame(time.monotonic()) else None
+        if self._timer:
+            self._timer.cancel()
+        if self.app.busy:
+            self.request_draw()
+        else:
+            self._timer = asyncio.get_running_loop().call_later(self.app.wait_s, self.request_draw)
         return pixels
 
     def handle_event(self, event: dict[str, Any]) -> None:
-        """Handle an event of the browser."""
         if self._closed:
             return
-        handler: Callable[[dict[str, Any]], None] | None = getattr(self, f"_on_{event['type']}", None)
         if event["type"] == "close":
             self._release()
-        elif handler:
+        elif handler := getattr(self, f"_on_{event['type']}", None):
             with self.ctx:
                 self.app.attempt(handler, event)
             self.request_draw()
@@ -196,36 +192,17 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
                 shown.update(folded, raw=True)  # type: ignore[no-untyped-call]
             self._still = None
 
-    def _request_next(self) -> None:
-        """Ask for the next frame, now or later."""
-        if self.app.busy:
-            self.request_draw()
-            return
-        if self._timer:
-            self._timer.cancel()
-        self._timer = asyncio.get_running_loop().call_later(self.app.wait_s, self.request_draw)
-
-    @property
-    def _now_s(self) -> float:
-        return time.monotonic() - self._started_s
-
     # --- Pixels -------------------------------------------------------------------------------------------------------
 
-    def _framebuffer(self, size: Size) -> moderngl.Framebuffer:
-        return self.ctx.framebuffer([self.ctx.renderbuffer(size, 4)])
-
     def _fit_target(self) -> None:
-        """Give the target the size of the widget."""
         size = self.viewer.window.size
         if min(size) > 0 and self._target.size != size:
             gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
             gl.release_with_pixels(self._target)
-            self._target = self.viewer.target = self._framebuffer(size)
+            self._target = self.viewer.target = self.ctx.framebuffer([self.ctx.renderbuffer(size, 4)])
 
     def _pixels(self) -> np.ndarray:
-        width, height = self._target.size
-        rows = np.frombuffer(self._target.read(components=3, alignment=1), np.uint8).reshape(height, width, 3)
-        return np.ascontiguousarray(rows[::-1])
+        return from_top(self._target.read(components=3, alignment=1), "u1", self._target.size, 3)
 
     def _release(self) -> None:
         self._closed = True
@@ -267,7 +244,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         key = _key_name(event["key"])
         held = set(event["modifiers"])
         names = (("ctrl", {"Control", "Meta"}), ("shift", {"Shift"}))
-        command = "+".join([name for name, keys in names if keys & held] + [key])
+        command = "+".join([*(name for name, keys in names if keys & held), key])
         self.app.key_down(key, command, moves=not {"Control", "Alt", "Meta"} & held)
         self.viewer.window.closing = False  # a widget has no window to close
 
@@ -287,5 +264,4 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
 
 
 def _key_name(name: str) -> str:
-    """The window's name of a key, from the browser's."""
     return _NAMED.get(name) or _DIGITS.get(name) or name.lower()

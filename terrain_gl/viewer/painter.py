@@ -11,20 +11,17 @@ The record `FrameSpec` holds everything that a picture depends on. After an edit
 light is made. A preview of a map gets no light, no bound and no measurement.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
 
 import moderngl
 
-from ..basics.steps import Steps
+from ..basics.steps import Steps, drain
 from ..renderer import Renderer
 from ..renderer.names import Label
 from ..renderer.options import LOOSEST_PX, RenderOptions
 from ..renderer.overlay import Overlay
-from ..verify.measure import Achieved
 from .canvas import Canvas
 from .frame_budget import COARSEST, FULL, FrameBudget, Way
 from .frame_stats import FrameStats, History, drawing_ms, in_window_px, without_bounds
@@ -40,48 +37,27 @@ MEASURED_POSTS = 256  # posts along the side of the square that is measured in o
 
 
 class Painter:
-    """Draws on a canvas.
-
-    Attributes
-    ----------
-    frame
-        Numbers of the last picture.
-    history, side_stats
-        Numbers of earlier pictures, and of each side of the last picture.
-    side_measured
-        The achieved error of each side by metric; none until all sides are measured.
-    light
-        Makes the light.
-    drawn
-        The specification of the picture on the canvas; None if that is out of date.
-    has_picture
-        Whether the canvas shows anything.
-    overlays
-        The overlays of the map, for their names.
-    labels
-        The names of points in the last picture that no land hides, and the heights of its contour lines, with columns
-        and rows of the window.
-    """
+    """Draws on a canvas."""
 
     def __init__(self, ctx: moderngl.Context, budget: FrameBudget) -> None:
         self._budget = budget
         self.canvas = Canvas(ctx)
         self.light = LightBuilder(budget)
         self.history = History()
-        self.frame = FrameStats("", (0, 0))
-        self.side_stats: list[dict[str, Any]] = []
-        self.side_measured: list[dict[str, float]] = []
-        self.drawn: FrameSpec | None = None
-        self.has_picture = False
-        self.overlays: tuple[Overlay, ...] = ()
-        self.labels: list[Label] = []
+        self.frame = FrameStats("", (0, 0))  # numbers of the last picture
+        self.side_stats: list[dict[str, Any]] = []  # numbers of each side of the last picture
+        self.side_measured: list[dict[str, float]] = []  # achieved error by metric; none until all sides are measured
+        self.drawn: FrameSpec | None = None  # what the canvas shows; None if the canvas is out of date
+        self.has_picture = False  # whether the canvas shows anything
+        self.overlays: tuple[Overlay, ...] = ()  # of the map, for their names
+        self.labels: list[Label] = []  # names and heights of contour lines in the picture; pixels of the window
         self._asked: FrameSpec | None = None
         self._announced: Kind = ()  # the kind of picture that was requested last
         self._known: set[Kind] = set()  # kinds of pictures that were drawn in full, so that their programs are compiled
         self._asked_s = self._drawn_s = self._told_s = float("-inf")
         self._unripe_s: float | None = None  # time since when tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
-        self._measuring: Steps[list[Achieved]] | None = None
+        self._measuring: Steps[None] | None = None
         self._unmeasured = False
 
     # --- Changes from outside -----------------------------------------------------------------------------------------
@@ -95,13 +71,7 @@ class Painter:
         self._budget.forget()
 
     def forget(self, at_once: bool = False) -> None:
-        """Note that the land or its light has changed.
-
-        Parameters
-        ----------
-        at_once
-            Show the change in the next frame, if necessary in a coarser picture.
-        """
+        """Note that the land or its light has changed; `at_once`: show that in the next frame, if necessary coarser."""
         self.drawn = None
         if at_once:
             self._asked = None
@@ -112,7 +82,6 @@ class Painter:
         self._painting = self._measuring = None
 
     def release(self) -> None:
-        """Release GPU resources."""
         self.light.release()
         self.canvas.release()
 
@@ -125,7 +94,6 @@ class Painter:
         return renderer.choose(spec.camera, **vars(spec.sides[side]))
 
     def is_busy(self, spec: FrameSpec) -> bool:
-        """Whether there is work for the next frame."""
         under_way = self._painting is not None or self._measuring is not None
         return under_way or spec != self.drawn or self.light.is_due(spec.lit_look)
 
@@ -139,17 +107,9 @@ class Painter:
         return not self.frame.way.is_full or self.frame.fps is not None or self._unmeasured
 
     def step(self, renderer: Renderer, spec: FrameSpec, now_s: float, moving: bool) -> bool:
-        """Work for a while.
+        """Work for a while; returns whether the canvas or the stats have changed.
 
-        Parameters
-        ----------
-        moving
-            Whether the picture will change again soon.
-
-        Returns
-        -------
-        bool
-            Whether the canvas or the stats have changed.
+        `moving` says that the picture will change again soon.
         """
         if renderer.streaming:
             renderer.streaming.terrain.views = len(spec.sides)
@@ -160,22 +120,22 @@ class Painter:
         fresh = self.drawn is None
         dark = unlit and not (self.light.lit == spec.lit_look and renderer.picture.lighting.is_there)
         hurried = moving or dark or now_s - self._asked_s < REST_S or self._ripens(renderer, spec, now_s)
-        if hurried and spec != self.drawn:
+        changed = False
+        if not hurried:
+            changed = self._rest(renderer, spec, now_s, measure=not unlit)
+        elif spec != self.drawn:
+            changed = True
             if not self._announces(spec):
                 is_new_split = self.has_picture and len(spec.sides) > 1 and _kind(spec) not in self._known
                 self._sketch(renderer, spec) if is_new_split else self._draw(renderer, spec, now_s)
-            changed = True
-        elif not hurried:
-            changed = self._rest(renderer, spec, now_s, measure=not unlit)
-        else:
-            changed = False
-        if unlit and not self.frame.awaits_map and not fresh and not self._painting:  # a new picture is shown first
-            if self.light.step(renderer.picture, spec.lit_look, moving):
-                self.forget()
-                changed = True
-            elif now_s - self._told_s >= TOLD_S:
-                self._told_s = now_s
-                changed = True
+        if not unlit or self.frame.awaits_map or fresh or self._painting:  # a new picture is shown first
+            return changed
+        if self.light.step(renderer.picture, spec.lit_look, moving):
+            self.forget()
+            return True
+        if now_s - self._told_s >= TOLD_S:
+            self._told_s = now_s
+            return True
         return changed
 
     def _announces(self, spec: FrameSpec) -> bool:
@@ -187,7 +147,7 @@ class Painter:
         return self.has_picture and self._announced != before and self._announced not in self._known
 
     def _ripens(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> bool:
-        """Whether tiles of a store are getting light of their own, and began to less than `RIPE_S` ago."""
+        """Whether tiles of a store get light of their own, and less than `RIPE_S` have passed since this began."""
         if not (spec.lit_look.is_lit and renderer.picture.lighting.is_coming):
             self._unripe_s = None
         elif self._unripe_s is None:
@@ -202,15 +162,20 @@ class Painter:
     def _draw(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> None:
         """Draw at once, if necessary coarser."""
         self.interrupt()
-        way = self._budget.way
-        _resize(renderer, _smaller(spec.size, way))
+        drain(self._draw_steps(renderer, spec, self._budget.way, gradual=False))
+        if 0 < (seconds := now_s - self._drawn_s) < 2:
+            self.frame.fps = 0.9 * self.frame.fps + 0.1 / seconds if self.frame.fps else 1 / seconds
+        self._drawn_s = now_s
+
+    def _draw_steps(self, renderer: Renderer, spec: FrameSpec, way: Way, gradual: bool = True) -> Steps[None]:
+        """Draw all sides; yields progress from 0 to 1 for each side."""
+        _resize(renderer, spec.size, way)
         stats = []
         for side in _last_first(spec):
-            stats.append(renderer.draw(spec.camera, **vars(_hurried(spec.sides[side], way))))
+            options = vars(_hurried(spec.sides[side], way))
+            stats.append((yield from renderer.draw_steps(spec.camera, gradual=gradual, **options)))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
         self._note(spec, stats[::-1], way, renderer)
-        self.frame.fps = self._smoothed_fps(now_s - self._drawn_s)
-        self._drawn_s = now_s
 
     def _sketch(self, renderer: Renderer, spec: FrameSpec) -> None:
         """Draw a preview of a new split: each side by its method, small, in a plain style.
@@ -218,7 +183,7 @@ class Painter:
         Its programs are few and short. There is no search for equal triangles, and there are no numbers.
         """
         self.interrupt()
-        _resize(renderer, _smaller(spec.size, COARSEST))
+        _resize(renderer, spec.size, COARSEST)
         for side, options in enumerate(spec.sides):
             plain = replace(options, style="lambert", wires=False, contour_m=None)
             renderer.draw(spec.camera, **vars(_hurried(plain, COARSEST)))
@@ -236,7 +201,7 @@ class Painter:
             self.interrupt()
         if not self._painting and (spec != self.drawn or not self.frame.way.is_full):
             self.interrupt()
-            self._painting = spec, self._draw_steps(renderer, spec)
+            self._painting = spec, self._draw_steps(renderer, spec, FULL)
             if renderer.streaming:  # the picture chooses its tiles, and goes on if all of them have light
                 next(self._painting[1])
                 return was_moving
@@ -248,17 +213,7 @@ class Painter:
             return True
         return (measure and self._measure(renderer, spec)) or was_moving
 
-    def _draw_steps(self, renderer: Renderer, spec: FrameSpec) -> Steps[None]:
-        """Draw all sides in full size; yields progress from 0 to 1 for each side."""
-        _resize(renderer, spec.size)
-        stats = []
-        for side in _last_first(spec):
-            stats.append((yield from renderer.draw_steps(spec.camera, **vars(spec.sides[side]))))
-            self.canvas.compose(renderer, spec.size, *spec.part(side))
-        self._note(spec, stats[::-1], FULL, renderer)
-
     def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], way: Way, renderer: Renderer) -> None:
-        """Store the numbers of the drawn picture."""
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
         stats = [in_window_px(each, way.shrink) for each in stats]
@@ -282,40 +237,28 @@ class Painter:
         self.history.add(stats[0])
         self._budget.note(sum(map(drawing_ms, stats)), way)
 
-    def _smoothed_fps(self, seconds: float) -> float | None:
-        fps = self.frame.fps
-        if not 0 < seconds < 2:
-            return fps
-        return 1 / seconds if not fps else 0.9 * fps + 0.1 / seconds
-
     def _measure(self, renderer: Renderer, spec: FrameSpec) -> bool:
         """Measure one block of posts; returns whether the measurement is now complete."""
         if not self._unmeasured:
             return False
-        if not self._measuring:
-            self._measuring = _measure_steps(renderer, spec)
-        try:
-            next(self._measuring)
-            return False
-        except StopIteration as end:
-            achieved: list[Achieved] = end.value
-        self._measuring = None
-        self._unmeasured = False
-        self.side_measured = [{"max": each.max_px, "rms": each.rms_px} for each in achieved]
-        self.frame.measured_px = self.side_measured[0]
+        self._measuring = self._measuring or self._measure_steps(renderer, spec)
+        next(self._measuring, None)
+        return not self._unmeasured
+
+    def _measure_steps(self, renderer: Renderer, spec: FrameSpec) -> Steps[None]:
+        """Measure each side; yields progress from 0 to 1 for each. The first side is last, so its mesh stays chosen."""
+        measured = []
+        for side in _last_first(spec):
+            if len(spec.sides) > 1:
+                renderer.choose(spec.camera, **vars(spec.sides[side]))
+            achieved = yield from renderer.inspector.measure_steps(MEASURED_POSTS)
+            measured.append({"max": achieved.max_px, "rms": achieved.rms_px})
+        self.side_measured = measured[::-1]
+        self.frame.measured_px = measured[-1]
         if (px := self.frame.achieved_px) is not None:
             self.history.add_measured(px)
-        return True
-
-
-def _measure_steps(renderer: Renderer, spec: FrameSpec) -> Steps[list[Achieved]]:
-    """Measure each side; yields progress from 0 to 1 for each. The first side is last, so its mesh stays chosen."""
-    achieved = []
-    for side in _last_first(spec):
-        if len(spec.sides) > 1:
-            renderer.choose(spec.camera, **vars(spec.sides[side]))
-        achieved.append((yield from renderer.inspector.measure_steps(MEASURED_POSTS)))
-    return achieved[::-1]
+        self._unmeasured = False
+        self._measuring = None
 
 
 def _kind(spec: FrameSpec) -> Kind:
@@ -336,16 +279,12 @@ def _hurried(side: RenderOptions, way: Way) -> RenderOptions:
     """
     if way.is_full:
         return side
-    tolerance_px = way.looser * (side.max_error_px or 1.0)
-    metric = "max" if side.triangles else side.metric
-    tolerance_px = min(tolerance_px, math.nextafter(LOOSEST_PX, 0.0))
-    return replace(side, triangles=None, max_error_px=tolerance_px, metric=metric)
+    tolerance_px = min(way.looser * (side.max_error_px or 1.0), math.nextafter(LOOSEST_PX, 0.0))
+    return replace(side, triangles=None, max_error_px=tolerance_px, metric="max" if side.triangles else side.metric)
 
 
-def _smaller(size: Size, way: Way) -> Size:
-    return max(1, size[0] // way.shrink), max(1, size[1] // way.shrink)
-
-
-def _resize(renderer: Renderer, size: Size) -> None:
-    if size != renderer.size:
-        renderer.resize(size)
+def _resize(renderer: Renderer, size: Size, way: Way = FULL) -> None:
+    """Let the renderer draw pictures for a window of `size`, in a way that may make them smaller."""
+    width, height = (max(1, side // way.shrink) for side in size)
+    if (width, height) != renderer.size:
+        renderer.resize((width, height))

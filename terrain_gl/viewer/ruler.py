@@ -11,37 +11,22 @@ MOST = 2000  # rough limit of places in a profile
 
 
 class Profile(NamedTuple):
-    """Heights along a line.
+    """Heights along a line."""
 
-    Attributes
-    ----------
-    places
-        (n, 2) metres east and north.
-    along_m, height_m
-        (n,) distance along the line on the map, and height; NaN where there is no land.
-    length_m, ground_m
-        The length of the whole line on the map, and along the ground.
-    climb_m, descent_m
-        The sums of all rises and of all falls.
-    """
-
-    places: np.ndarray
-    along_m: np.ndarray
-    height_m: np.ndarray
-    length_m: float
-    ground_m: float
-    climb_m: float
-    descent_m: float
+    places: np.ndarray  # (n, 2) metres east and north
+    along_m: np.ndarray  # (n,) distance along the line on the map
+    height_m: np.ndarray  # (n,) NaN where there is no land
+    length_m: float  # of the whole line on the map
+    ground_m: float  # of the whole line along the ground
+    climb_m: float  # the sum of all rises
+    descent_m: float  # the sum of all falls
 
 
 def profile(heightmap: Heightmap, corners: np.ndarray) -> Profile:
-    """The profile along straight legs.
+    """The profile along straight legs between `corners` (m, 2), in metres east and north, at least two.
 
-    Parameters
-    ----------
-    corners
-        (m, 2) the ends of the legs, in metres east and north, at least two. The profile has a place wherever a leg
-        crosses a row or a column of posts. On long lines, places have equal distances, and are about `MOST`.
+    The profile has a place wherever a leg crosses a row or a column of posts. On long lines, about `MOST` places have
+    equal distances.
     """
     most = MOST // (len(corners) - 1) + 1
     legs = zip(corners, corners[1:], strict=False)
@@ -59,20 +44,11 @@ def profile(heightmap: Heightmap, corners: np.ndarray) -> Profile:
 
 
 class Ruler:
-    """The line that the user measures.
-
-    Attributes
-    ----------
-    taken
-        Whether clicks set its corners.
-    corners
-        Metres east and north.
-    """
+    """The line that the user measures."""
 
     def __init__(self) -> None:
-        self.taken = False
-        self.corners: list[tuple[float, float]] = []
-        self._ended = False
+        self.taken = False  # whether clicks set its corners
+        self.clear()
 
     def toggle(self) -> bool:
         """Take the ruler, or put it away with its line; returns whether it is taken."""
@@ -81,8 +57,7 @@ class Ruler:
         return self.taken
 
     def clear(self) -> None:
-        """Forget the line."""
-        self.corners = []
+        self.corners: list[tuple[float, float]] = []  # metres east and north
         self._ended = False
 
     def add(self, east_m: float, north_m: float) -> None:

@@ -22,27 +22,7 @@ _NO_LAND = object()
 class Sculpting:
     """Sculpts the map of the scene.
 
-    Parameters
-    ----------
-    on_edit
-        Called after each change of the land, with True if the stroke is done, so that light can be made.
-
-    Attributes
-    ----------
-    tool
-        The brush; None while the tables are being built.
-    brushing
-        Whether the left button sculpts.
-    held
-        Whether the button of a stroke is down.
-    headroom, share
-        The steps that build tables with more headroom, and their progress.
-    writer
-        Writes the map to a file; None if nothing is being written.
-    save_as
-        The path in the dialog that asks where to save; None while there is no dialog.
-    recovery
-        Keeps unsaved land in a file.
+    `on_edit` is called after each change of the land; its argument is True if the stroke is done: then light is made.
     """
 
     def __init__(self, scene: Scene, pointer: Pointer, budget: FrameBudget, on_edit: Callable[[bool], None]) -> None:
@@ -51,13 +31,14 @@ class Sculpting:
         self._budget = budget
         self._on_edit = on_edit
         self._window = scene.window
-        self.tool: BrushTool | None = None
-        self.brushing = self.held = False
-        self.headroom: Steps[None] | None = None
-        self.share = 0.0
-        self.writer: MapWriter | None = None
-        self.save_as: str | None = None
-        self.recovery = Recovery()
+        self.tool: BrushTool | None = None  # the brush; None while the tables are being built
+        self.brushing = False  # whether the left button sculpts
+        self.held = False  # whether the button of a stroke is down
+        self.headroom: Steps[None] | None = None  # the steps that build tables with more headroom
+        self.share = 0.0  # their progress
+        self.writer: MapWriter | None = None  # writes the map to a file
+        self.save_as: str | None = None  # the path in the dialog that asks where to save; None without a dialog
+        self.recovery = Recovery()  # keeps unsaved land in a file
         self._edited_s = float("-inf")
         self._taking = False  # the brush is taken when there is headroom
         self._saved: object = None  # the land that is in a file
@@ -92,18 +73,15 @@ class Sculpting:
     # --- The brush ----------------------------------------------------------------------------------------------------
 
     def toggle(self) -> None:
-        """Take the brush, or put it away."""
-        if self.tool and (self.brushing or self._taking):
+        if self.brushing or self._taking:
             self.brushing = False
             self.cancel()
-            self.headroom = self.tool.give_back_steps()  # then the picture is exactly as before
-            return
-        self._drop_headroom()
-        if not self.tool:
-            return
-        self._taking = True
-        self.headroom = self.tool.headroom_steps()  # before the first stroke, so that no stroke has to wait
-        self._make_headroom()
+            self.headroom = self.tool.give_back_steps() if self.tool else None
+        elif self.tool:
+            self._drop_headroom()
+            self._taking = True
+            self.headroom = self.tool.headroom_steps()  # before the first stroke, so that no stroke has to wait
+            self._make_headroom()
 
     @property
     def task(self) -> str:
@@ -113,11 +91,10 @@ class Sculpting:
     def cancel(self) -> None:
         """Stop building tables, and end the stroke that waits for them."""
         self._drop_headroom()
-        if self.at_work:
+        if self.tool and self.at_work:
             self.held = False
-            if self.tool:
-                self.tool.due.clear()
-                self._finish()
+            self.tool.due.clear()
+            self._finish()
 
     def _drop_headroom(self) -> None:
         if self.headroom:
@@ -149,17 +126,14 @@ class Sculpting:
         self._window.refresh()
 
     def next_tool(self) -> None:
-        """Take the next tool."""
         if self.tool:
             self._window.say(f"tool: {self.tool.next_tool()}")
 
     def widen(self, steps: float) -> None:
-        """Change the radius of the brush."""
         if self.tool:
             self.tool.widen(steps)
 
     def strengthen(self, steps: float) -> None:
-        """Change the strength of the brush."""
         if self.tool:
             self.tool.strengthen(steps)
 
@@ -203,9 +177,7 @@ class Sculpting:
             self._finish()
 
     def _follow(self) -> None:
-        """Queue dabs up to where the cursor is now."""
-        place = self._pointer.place if self._scene.is_visible else None
-        if self.tool and place is not None:
+        if self.tool and self._scene.is_visible and (place := self._pointer.place) is not None:
             self.tool.move(place, self._window.now_s)
 
     def _finish(self) -> None:
@@ -219,12 +191,10 @@ class Sculpting:
         self._on_edit(settled)
 
     def undo(self) -> None:
-        """Undo the last stroke."""
-        self._step_back(lambda tool: tool.undo(), "nothing to undo")
+        self._step_back(BrushTool.undo, "nothing to undo")
 
     def redo(self) -> None:
-        """Do the last undone stroke again."""
-        self._step_back(lambda tool: tool.redo(), "nothing to redo")
+        self._step_back(BrushTool.redo, "nothing to redo")
 
     def _step_back(self, step: Callable[[BrushTool], bool], nothing: str) -> None:
         self._drop_headroom()
@@ -239,11 +209,9 @@ class Sculpting:
     # --- The map as a file --------------------------------------------------------------------------------------------
 
     def ask_to_save(self) -> None:
-        """Ask for a path."""
         self.save_as = suggested_path(self._scene.heightmap)
 
     def save(self, path: str) -> None:
-        """Write the map to a file, in a thread."""
         self.save_as = None
         if self.writer:
             self._window.say(f"{self.writer.path} is still being written")
@@ -275,7 +243,6 @@ class Sculpting:
         return str(self.recovery.path or "")
 
     def join(self) -> None:
-        """Wait until the map is written."""
         if self.writer:
             self.writer.join()
         self.recovery.join()

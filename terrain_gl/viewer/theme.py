@@ -14,36 +14,28 @@ ACCENT: Colour = (1.0, 0.80, 0.47, 1.0)
 WARNING: Colour = (1.0, 0.45, 0.40, 1.0)
 INK_OF_NAMES: Colour = (*(INK / 255).tolist(), 1.0)
 PAPER_OF_NAMES: Colour = (*(PAPER / 255).tolist(), OPACITY)
-_COLOURS = {
+_COLOURS: dict[str, Colour] = {
     "text": (0.93, 0.94, 0.95, 1.0),
     "text_disabled": (0.62, 0.66, 0.70, 1.0),
     "window_bg": (0.04, 0.055, 0.08, 0.86),
     "popup_bg": (0.05, 0.065, 0.09, 0.96),
-    "border": (1.0, 1.0, 1.0, 0.14),
-    "frame_bg": (1.0, 1.0, 1.0, 0.09),
-    "frame_bg_hovered": (1.0, 1.0, 1.0, 0.13),
-    "frame_bg_active": (1.0, 1.0, 1.0, 0.18),
     "title_bg": (0.04, 0.055, 0.08, 0.90),
     "title_bg_active": (0.04, 0.055, 0.08, 0.90),
     "title_bg_collapsed": (0.04, 0.055, 0.08, 0.80),
     "check_mark": ACCENT,
-    "slider_grab": (*ACCENT[:3], 0.62),
-    "slider_grab_active": (*ACCENT[:3], 0.75),
-    "button": (1.0, 1.0, 1.0, 0.08),
-    "button_hovered": (*ACCENT[:3], 0.30),
-    "button_active": (*ACCENT[:3], 0.50),
-    "header": (1.0, 1.0, 1.0, 0.06),
-    "header_hovered": (*ACCENT[:3], 0.20),
-    "header_active": (*ACCENT[:3], 0.30),
-    "tab": (1.0, 1.0, 1.0, 0.06),
-    "tab_hovered": (*ACCENT[:3], 0.30),
-    "tab_selected": (*ACCENT[:3], 0.20),
-    "tab_selected_overline": (*ACCENT[:3], 0.60),
-    "separator": (1.0, 1.0, 1.0, 0.12),
-    "plot_histogram": (*ACCENT[:3], 0.80),
     "scrollbar_bg": (0.0, 0.0, 0.0, 0.0),
-    "scrollbar_grab": (1.0, 1.0, 1.0, 0.15),
 }
+_OPACITY_OF_WHITE = {
+    **{"border": 0.14, "frame_bg": 0.09, "frame_bg_hovered": 0.13, "frame_bg_active": 0.18, "button": 0.08},
+    **{"header": 0.06, "tab": 0.06, "separator": 0.12, "scrollbar_grab": 0.15},
+}
+_OPACITY_OF_ACCENT = {
+    **{"slider_grab": 0.62, "slider_grab_active": 0.75, "button_hovered": 0.30, "button_active": 0.50},
+    **{"header_hovered": 0.20, "header_active": 0.30, "plot_histogram": 0.80},
+    **{"tab_hovered": 0.30, "tab_selected": 0.20, "tab_selected_overline": 0.60},
+}
+_COLOURS |= {name: (1.0, 1.0, 1.0, opacity) for name, opacity in _OPACITY_OF_WHITE.items()}
+_COLOURS |= {name: (*ACCENT[:3], opacity) for name, opacity in _OPACITY_OF_ACCENT.items()}
 _ROUNDING = {"frame_rounding": 4, "grab_rounding": 4, "popup_rounding": 6, "window_rounding": 8}
 _SPACING = ("window_padding", "frame_padding", "item_spacing", "item_inner_spacing", "cell_padding")
 

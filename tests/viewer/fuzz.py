@@ -81,7 +81,8 @@ class Fuzz:
         viewer = self.viewer
         tool = viewer.sculpting.tool
         warned = viewer.sculpting._warned is (tool and tool.land)
-        return viewer.scene.heightmap.name, tool and tool.land, viewer.sculpting.unsaved, warned, tool and tool.edits
+        edits = viewer.scene.renderer.terrain.edits
+        return viewer.scene.heightmap.name, tool and tool.land, viewer.sculpting.unsaved, warned, edits
 
     def check(self, before):
         """The camera is finite, OpenGL has no error, no error was shown, and no stroke is lost."""

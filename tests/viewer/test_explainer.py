@@ -206,7 +206,7 @@ def test_the_summed_area_table_gives_the_mean_of_a_box(viewer):
         x0, y0, x1, y1 = viewer.explainer.box.box
         true_mean = viewer.scene.renderer.heightmap.heights[y0:y1, x0:x1].mean()
         assert viewer.explainer.box.mean_m == pytest.approx(true_mean, abs=0.002)
-    whole = box_around(viewer.scene.renderer, 64, 64, 129)
+    whole = box_around(viewer.scene.renderer, np.array([640.0, 640.0]), 129)
     assert whole.box == (0, 0, 129, 129) and whole.corners[:3] == (0, 0, 0)
     left, bottom, width, height = viewer.sums_frame
     picture = seen(viewer)[200 - bottom - height : 200 - bottom, left : left + width]

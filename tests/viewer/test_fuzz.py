@@ -13,7 +13,6 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
-from terrain_gl.viewer import sections
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.recovery import lost_land, offer_of
 
@@ -68,7 +67,7 @@ def test_an_error_is_shown_in_a_line_and_the_program_goes_on(app, monkeypatch, p
 
 def test_panels_that_fail_leave_the_message(app, monkeypatch):
     with monkeypatch.context() as broken:
-        broken.setattr(sections, "detail_section", fails)  # in the middle of a window, in a child of it
+        broken.setitem(app.panels._sections, "Detail", (fails, ""))  # in the middle of a window, in a child of it
         app.viewer.window.refresh()
         later(app, 0.1)
         later(app, 0.1)
