@@ -66,7 +66,10 @@ def span_of(flags: np.ndarray, first: int = 0) -> slice:
 
 
 def tiles_over(area: Area, side: int) -> Iterator[tuple[tuple[int, int], Area, Area]]:
-    """The tiles of `side` × `side` entries over an area: row and column of each, and its overlap, in tile and area."""
+    """The tiles of `side` × `side` entries that an area meets.
+
+    Of each tile: its row and column; the common part with the area, counted in the tile; the same, counted in the area.
+    """
     rows, cols = (list(_tiles_along(part, side)) for part in area)
     for row, down, y in rows:
         for col, across, x in cols:

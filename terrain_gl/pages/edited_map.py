@@ -89,7 +89,7 @@ class EditedMap(PagedMap):
     # --- Editing ------------------------------------------------------------------------------------------------------
 
     def write(self, x: int, y: int, heights: Any) -> tuple[slice, slice] | None:
-        """Write heights as `Heightmap.write` does, but NaN leaves a post as it is. Records become wide.
+        """Write heights as `Heightmap.write` does, but NaN leaves a post as it is. Records of the nodes become wide.
 
         Raises
         ------

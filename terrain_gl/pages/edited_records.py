@@ -34,7 +34,7 @@ class EditedRecords:
         return sum(sheet.bytes for sheet in self._sheets)
 
     def bytes_for(self, level: int, nodes: Area) -> int:
-        """Memory that moves of nodes would take besides."""
+        """How much memory moves of these nodes would add."""
         return self._sheets[level].bytes_for(nodes)
 
     def move(self, level: int, nodes: Area, moved: Moves) -> None:

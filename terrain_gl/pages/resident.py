@@ -39,7 +39,7 @@ class ResidentHeights(PostsOnDemand):
         return other
 
     def known(self) -> ResidentHeights:
-        """The same heights, but NaN where void. Who writes `copies` must also write the `marks` of the result."""
+        """The same heights, but NaN where void. Code that writes `copies` must also write its `marks`."""
         other = copy(self)
         other.marks = np.zeros(self.copies.shape, np.uint8)
         return other

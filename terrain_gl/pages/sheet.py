@@ -27,7 +27,7 @@ class Sheet:
         return len(self.tiles) * self.side**2 * self.fill.itemsize
 
     def bytes_for(self, area: Area) -> int:
-        """Memory that writing in an area would take besides."""
+        """How much memory a write to an area would add."""
         new = sum(at not in self.tiles for at, _, _ in tiles_over(area, self.side))
         return new * self.side**2 * self.fill.itemsize
 

@@ -307,7 +307,7 @@ class Water(NamedTuple):
 
 
 def sea_of(heights: np.ndarray, rim: int) -> float | None:
-    """The height of the sea, None if there is none, from heights of wet posts of the rim; it has `rim` posts in all."""
+    """The height of the sea; None if there is none. `heights` are those of wet posts of the rim, out of `rim` posts."""
     levels, counts = np.unique(heights, return_counts=True)
     is_sea = counts.size > 0 and counts.max() >= SEA * rim
     return float(levels[counts.argmax()]) if is_sea else None
@@ -323,7 +323,7 @@ def widened_range(
 ) -> tuple[float, float]:
     """Lowest and highest height of a new quantisation range, with headroom on each side where heights left the old one.
 
-    The old range had the ends `ends_m`, and must hold `held_m`; the heights are now between the two `heights_m`.
+    `heights_m` are the lowest and highest height now. The old range had the ends `ends_m`, and had to hold `held_m`.
     """
     low, high = heights_m
     held_low, held_high = held_m
