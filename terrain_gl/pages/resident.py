@@ -39,7 +39,7 @@ class ResidentHeights(PostsOnDemand):
         return other
 
     def known(self) -> ResidentHeights:
-        """The same heights, but NaN where void. Code that writes `copies` must also write its `marks`."""
+        """The same heights, but NaN where void. Code that writes `copies` must also write the `marks` of this copy."""
         other = copy(self)
         other.marks = np.zeros(self.copies.shape, np.uint8)
         return other
