@@ -122,7 +122,7 @@ class Heightmap:
         raw: tuple[int, int] | None = None,
         byte_order: str | None = None,
     ) -> Heightmap:
-        """Read a map from a file: PNG, TIFF, EXR, HDR, NPY, SRTM HGT and, with rasterio, whatever GDAL opens.
+        """Read a map from a file: PNG, TIFF, EXR, HDR, NPY, SRTM HGT and, with rasterio, others of docs/maps.md.
 
         A post's height is value · z_scale + z_offset_m, computed in float64 and stored in float32.
 

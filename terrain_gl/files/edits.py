@@ -43,7 +43,7 @@ def edits_of(heightmap: Heightmap) -> EditedMap:
 def check_edits_name(path: str | os.PathLike[str], heightmap: Heightmap) -> None:
     """Refuse a file name under which edits of this store cannot be saved.
 
-    The name has an unknown ending; or it is that of a GeoTIFF, but the store's place is not known, or rasterio is
+    These are names with an unknown ending; and names of a GeoTIFF, if the store's place is unknown or rasterio is
     missing.
     """
     suffix = Path(path).suffix.lower()

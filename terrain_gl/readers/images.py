@@ -1,4 +1,4 @@
-"""PNG, EXR, HDR and TIFF through OpenImageIO."""
+"""Images through OpenImageIO: PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI and, without rasterio, TIFF."""
 
 from contextlib import suppress
 from typing import Any
