@@ -57,12 +57,10 @@ class Georeference(NamedTuple):
     crs: Any
     size: tuple[int, int]
 
-    def kept(self) -> Georeference | None:
-        """The georeference to keep with the map, with the northern row first; None if it has no information."""
+    def kept(self) -> Georeference:
+        """The georeference to keep with the map, with the northern row first."""
         grid = self.straightened().grid
         cols, rows = self.size
-        if grid.tells_nothing or spacing_of(self, "")[0] is None:
-            return None
         if grid.is_south_up:
             grid = grid._replace(e=-grid.e, f=grid.f + rows * grid.e)
         crs = self.crs or (DEGREES if _may_be_degrees(self) else None)
@@ -101,26 +99,21 @@ class Placed(Protocol):
 
 def at_place(raster: Raster, place: Georeference) -> Raster:
     """The raster with its place, the spacing there, and notes on both; the northern row comes first."""
-    spacing_m, notes = spacing_of(place, raster.name)
+    spacing_m, notes = _spacing_of(place, raster.name)
     return replace(
         raster,
         blocks=north_up(raster.blocks, raster.shape[0]) if place.grid.is_south_up else raster.blocks,
         spacing_m=spacing_m or raster.spacing_m,
         notes=raster.notes + notes,
-        georeference=place.kept(),
+        georeference=place.kept() if spacing_m else None,
     )
 
 
-def spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:
+def _spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:
     """Metres between posts, east and north, or None if the file does not give them; and notes for the user.
 
     Degrees, and the units of projections that are not true to scale, are converted in the middle of the map. Without a
-    usable CRS, the map's own units are read as metres.
-
-    Raises
-    ------
-    TerrainError
-        The raster is turned or mirrored.
+    usable CRS, the map's own units are read as metres. Turned or mirrored rasters are refused.
     """
     place = place.straightened()
     grid = place.grid
