@@ -182,6 +182,7 @@ class Viewer:
     def exaggerate(self, factor: float) -> None:
         """Draw the relief `factor` times as high as it is."""
         self.scene.exaggerate(factor)
+        self.saver.cancel("the picture was not saved: the exaggeration has changed")
         self.painter.forget(at_once=True)
         self.painter.light.stop()
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from viewers import changed, drawn_at_once, later, load, seen, set_budget, settle, slow, swift
+from viewers import changed, drawn_at_once, later, light_is_up_to_date, load, seen, set_budget, settle, slow, swift
 
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
@@ -177,6 +177,18 @@ def test_a_film_that_cannot_be_written_gives_a_message(viewer, tmp_path, monkeyp
     monkeypatch.setattr("terrain_gl.viewer.saver.free_path", lambda *_: tmp_path / "nowhere" / "film.mp4")
     fly(viewer)
     assert not viewer.saver.filming.running and not viewer.saver.shot and "nowhere" in viewer.window.message
+
+
+def test_another_exaggeration_ends_a_picture(viewer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    settle(viewer)
+    set_budget(viewer, slow())
+    press(viewer, "p")
+    later(viewer)
+    viewer.exaggerate(2.0)
+    assert not viewer.saver.shot and "exaggeration" in viewer.window.message
+    settle(viewer)
+    assert list(tmp_path.iterdir()) == [] and light_is_up_to_date(viewer)
 
 
 def test_another_map_ends_a_recording(viewer, tmp_path, monkeypatch):
