@@ -310,7 +310,10 @@ class Saver:
 
     def save_path(self) -> None:
         """Save the bookmarks, in the order of their numbers, as a path that `terrain-gl fly` follows."""
-        views = [Pose.read(state["view"]).camera for _, state in sorted(self._scene.bookmarks.items())]
+        views = [
+            self._scene.drawn_pose(Pose.read(state["view"])).camera
+            for _, state in sorted(self._scene.bookmarks.items())
+        ]
         if len(views) < 2:
             self._window.say("a path needs two bookmarks or more: Ctrl 1 … 9 set them")
             return

@@ -117,7 +117,7 @@ class Scene:
         start = camera if opened.camera_given else self.beside_panel(camera)
         self.controller = Controller(opened.heightmap, start, exaggeration=self.exaggeration)
         if last_pose and not opened.camera_given:
-            self.controller.pose = last_pose
+            self.controller.pose = self.drawn_pose(last_pose)
         self.settings.change_all(sun=opened.sun)
 
     def beside_panel(self, camera: Camera) -> Camera:
@@ -160,6 +160,14 @@ class Scene:
     def of_view(self, camera: Camera) -> Camera:
         """The inverse of `for_renderer`."""
         return _raised_camera(camera, self.exaggeration)
+
+    def true_pose(self, pose: Pose) -> Pose:
+        """A pose over the land as drawn, brought to its height over the true land."""
+        return replace(pose, eye=raised(pose.eye, 1 / self.exaggeration))
+
+    def drawn_pose(self, pose: Pose) -> Pose:
+        """The inverse of `true_pose`."""
+        return replace(pose, eye=raised(pose.eye, self.exaggeration))
 
     def drawable(self, side: RenderOptions) -> RenderOptions:
         """The options as this map can be drawn: a store by the method "sat", a preview without errors."""

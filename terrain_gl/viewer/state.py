@@ -33,8 +33,8 @@ def state_of(scene: Scene) -> dict[str, Any]:
         {name: value for name in _OPTIONS if (value := getattr(side, name)) != getattr(plain, name)}
         for side in settings.sides
     ]
-    frozen = asdict(Pose.of(scene.frozen)) if scene.frozen else None
-    state = {"view": asdict(scene.controller.pose), "sides": sides, "frozen": frozen}
+    frozen = asdict(scene.true_pose(Pose.of(scene.frozen))) if scene.frozen else None
+    state = {"view": asdict(scene.true_pose(scene.controller.pose)), "sides": sides, "frozen": frozen}
     return state | {"divider": settings.divider, "sums": settings.sums}
 
 
@@ -79,7 +79,7 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
 
 def _camera(scene: Scene, view: Any) -> Camera:
     if not isinstance(view, str):
-        return Pose.read(view).camera
+        return scene.drawn_pose(Pose.read(view)).camera
     named = scene.opened.camera if view == FIRST else VIEWS[view](scene.heightmap.coarse(), 45.0)
     return scene.of_view(named)
 

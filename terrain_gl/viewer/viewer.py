@@ -172,7 +172,8 @@ class Viewer:
         scene = self.scene
         if scene.has_map:
             look = self.settings.options.look
-            self.memory.note_map(scene.opened.key, scene.controller.pose, scene.bookmarks, look)
+            pose = scene.true_pose(scene.controller.pose)
+            self.memory.note_map(scene.opened.key, pose, scene.bookmarks, look)
 
     def open(self, name: str) -> None:
         """Load a bundled map or a file, unless edits would be lost."""

@@ -100,6 +100,8 @@ def test_a_bookmark_keeps_the_whole_state(app, tmp_path):
     assert lines[0][0][0] == pytest.approx(frozen_for.eye)  # the frustum begins there
     app.press("2")
     assert viewer.scene.exaggeration == viewer.scene.controller.exaggeration == 2.0
+    settle(app)
+    assert viewer.scene.controller.eye[2] == pytest.approx(2 * pose.eye[2])  # over the same land
     viewer.exaggerate(1.0)
     memory = Memory(tmp_path / "view.json")
     memory.note_map("hills", pose, viewer.scene.bookmarks, "auto")
