@@ -17,13 +17,14 @@ class Canvas:
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         self._programs: dict[str, tuple[Any, moderngl.VertexArray]] = {}
-        self._targets: list[Any] = []
-        self.size: Size = (0, 0)
+        self._take_size((1, 1))
 
     def compose(self, renderer: Renderer, size: Size, left: float = 0.0, right: float = 1.0) -> None:
         """Copy the renderer's last picture, stretched to `size`: the columns from `left` to `right`, 0 to 1."""
         if size != self.size:
-            self._resize(size)
+            gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
+            gl.release_with_pixels(self._framebuffer)
+            self._take_size(size)
         x0, x1 = round(left * size[0]), round(right * size[0])
         self._framebuffer.viewport = (0, 0, *size)
         self._framebuffer.scissor = (x0, 0, x1 - x0, size[1])
@@ -66,19 +67,15 @@ class Canvas:
         target.viewport = (0, 0, *self.size)
 
     def release(self) -> None:
-        for resource in self._targets:
-            resource.release()
+        gl.release_with_pixels(self._framebuffer)
         for program, vao in self._programs.values():
             vao.release()
             program.release()
 
-    def _resize(self, size: Size) -> None:
-        gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
-        for resource in self._targets:
-            resource.release()
-        self.size, self._texture = size, self.ctx.texture(size, 4)
+    def _take_size(self, size: Size) -> None:
+        self.size = size
+        self._texture = self.ctx.texture(size, 4)
         self._framebuffer = self.ctx.framebuffer([self._texture])
-        self._targets = [self._framebuffer, self._texture]
 
     def _program(self, fragment: str) -> tuple[Any, moderngl.VertexArray]:
         if fragment not in self._programs:

@@ -310,17 +310,15 @@ class Saver:
 
     def save_path(self) -> None:
         """Save the bookmarks, in the order of their numbers, as a path that `terrain-gl fly` follows."""
-        views = [
-            self._scene.drawn_pose(Pose.read(state["view"])).camera
-            for _, state in sorted(self._scene.bookmarks.items())
-        ]
-        if len(views) < 2:
+        scene = self._scene
+        poses = [scene.drawn_pose(Pose.read(state["view"])) for _, state in sorted(scene.bookmarks.items())]
+        if len(poses) < 2:
             self._window.say("a path needs two bookmarks or more: Ctrl 1 … 9 set them")
             return
-        path = free_path(self._scene.heightmap.name, "-path.json")
+        path = free_path(scene.heightmap.name, "-path.json")
         with self._told():
-            CameraPath([Keyframe(self._scene.for_renderer(view)) for view in views]).save(str(path))
-            name = shlex.quote(self._scene.opened.key or "MAP")
+            CameraPath([Keyframe(scene.for_renderer(pose.camera)) for pose in poses]).save(str(path))
+            name = shlex.quote(scene.opened.key or "MAP")
             film = f"terrain-gl fly {name} --path {path} -o flight{film_suffix()}"
             self._window.say(f"saved {path.absolute()}; to make a film of it: {film}", MESSAGE_S)
 
