@@ -14,26 +14,7 @@
 The tests compare the shaders with these functions. Besides Python's standard library, they import numpy alone.
 """
 
-from . import (
-    between,
-    bound,
-    curvature,
-    error,
-    generate,
-    heightmap,
-    hidden,
-    horizon,
-    light,
-    mesh,
-    nodes,
-    patches,
-    project,
-    quadtree,
-    rings,
-    shade,
-    tree,
-    widening,
-)
+from . import rings
 from .between import *
 from .bound import *
 from .curvature import *
