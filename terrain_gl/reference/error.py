@@ -184,13 +184,6 @@ def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) 
     move_up, move_down = cut_moves(heights, level)[:, :, :, None, :, None].swapaxes(0, 1)
     above = np.maximum(*pair) + (weights * move_up).max(0)
     below = -np.minimum(*pair) + (weights * move_down).max(0)
-    return CutErrors(*_over_node(heights, level, void, above, below))
-
-
-def _over_node(
-    heights: np.ndarray, level: int, void: np.ndarray | None, above: np.ndarray, below: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The largest of two bounds, and the sum of squares over the area: posts, and crossed cells."""
     kink = kinks(heights, level)[0]
     errors = np.maximum(above, below)
     crossed = crossed_cells(heights.shape, level, void)
@@ -200,7 +193,7 @@ def _over_node(
     mean = np.abs(cell_twists(heights, level)) * np.sqrt(13 / 1024) + kink[:, None, :, None]
     between = (mean * (2 * worst_corner(errors) + mean) * crossed).sum((1, 3))
     shares = measured * shares_of_posts(heights.shape, level)
-    return largest, (np.square(errors) * shares).sum((1, 3)) + between
+    return CutErrors(largest, (np.square(errors) * shares).sum((1, 3)) + between)
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the larger error of the two ways to draw it.
