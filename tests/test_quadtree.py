@@ -395,13 +395,12 @@ def test_tilted_plane_takes_few_triangles(ctx):
 
 
 def test_without_room_the_mesh_is_counted_again(ctx, scene):
-    """With buffers for one patch and one command, the mesh is the same as with large buffers."""
+    """With buffers for one patch and no command, the mesh is the same as with large buffers."""
     camera, levels = cameras(scene.heightmap)["default"], scene.levels
     found = everything(scene, scene.select(camera, 0.5))
-    assert found[-1].draws > 1
     for buffer in (levels.patches, levels.draws):
         buffer.release()
-    levels.patches, levels.draws = ctx.buffer(reserve=16), ctx.buffer(reserve=20)
+    levels.patches, levels.draws = ctx.buffer(reserve=16), ctx.buffer(reserve=4)
     assert everything(scene, scene.select(camera, 0.5)) == found
 
 
