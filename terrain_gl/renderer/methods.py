@@ -1,7 +1,6 @@
 """The methods that draw a terrain: a registry from a method's name to the selector of its mesh.
 
-To add a method, write a selector (the protocol `Selector`), a function that makes it from `Selectors`, and one line in
-`REGISTRY`. The renderer, the options, the command line and the viewer read the names from there.
+The renderer, the options, the command line and the viewer read the names from `REGISTRY`.
 """
 
 from __future__ import annotations

@@ -1,12 +1,7 @@
 """The options of a frame: one record for `Renderer.render`, the command line and the viewer.
 
 Each option is declared once, as a field of `RenderOptions`: its default, its choices, and its flags on the command line
-with their help. A new option changes at most four files:
-
-1. this one: the field with its declaration, a line in `Attributes`, and a check in `__post_init__` if it has a range;
-2. the code that uses it (for an option of shading, a field of `shade.Look` and the GLSL that reads it);
-3. `viewer/sections.py`, if the panel should show it;
-4. `cli/values.py`, if its value needs a new parser.
+with their help. CONTRIBUTING.md says how to add one.
 """
 
 from __future__ import annotations
