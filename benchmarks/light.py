@@ -119,7 +119,7 @@ def visibility_of(heightmap):
     errors = []
     for elevation in (12.0, 35.0):
         towards = towards_sun(SUN[0], elevation)
-        sun.build(towards)
+        sun.follow(towards)
         truth = reference.sunlit(h, towards, SUN_RADIUS, lattice_direction(towards, spacing), spacing)
         faces = (reference.normals_of(h, spacing) @ np.array(towards)).clip(0)
         errors.append(float(np.abs(sun.read()[0] - blocks(truth, 2)).sum() / blocks(faces, 2).sum()))
@@ -304,7 +304,7 @@ def horizons_of(heights):
     terrain = Terrain(ctx, Heightmap(heights, 20.0))
     tables = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
     spent = []
-    for build in (tables.sky.build, lambda: tables.sun.build(towards_sun(*SUN))):
+    for build in (tables.sky.build, lambda: tables.sun.follow(towards_sun(*SUN))):
         ctx.finish()
         started = time.process_time()
         build()

@@ -20,7 +20,7 @@ from terrain_gl.light.lighting import Lighting
 from terrain_gl.renderer.options import RenderOptions
 
 GLSL = "../benchmarks/glsl/prefilter/"
-PRINTED = 3  # the last step towards the supplement's own shading
+PRINTED = 2  # the last step towards the supplement's own shading
 LIGHT_LABELS = {
     "lobes": "Merged lobes",
     "printed": "Supplement",

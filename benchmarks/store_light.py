@@ -79,7 +79,7 @@ def whole_sweep(heightmap: tg.Heightmap, azimuth: float) -> np.ndarray:
     with tg.Renderer(heightmap, (8, 8)) as renderer:
         renderer.session.enter()
         sun = SunVisibility(renderer.terrain)
-        sun.build(towards_sun(azimuth, 30))
+        sun.follow(towards_sun(azimuth, 30))
         return degrees(np.frombuffer(sun.horizon.read(), "u2").reshape(heightmap.rows, heightmap.cols))
 
 

@@ -253,8 +253,8 @@ def _above(hull, i, n, error):
 
 
 def footprint():
-    """A pixel from the side, its footprint on the map, and the boxes that replace it."""
-    figure, (side, above, boxes) = plt.subplots(1, 3, figsize=(11, 3.4), constrained_layout=True)
+    """A pixel from the side, its footprint on the map, and the box that replaces it."""
+    figure, (side, above, box) = plt.subplots(1, 3, figsize=(11, 3.4), constrained_layout=True)
     x = np.linspace(0, 10, 200)
     ground = 0.25 * np.sin(1.7 * x) + 0.12 * np.sin(5 * x + 1) + 0.04 * x
     side.fill_between(x, ground, -1.6, color=GREY, alpha=0.3, linewidth=0)
@@ -272,10 +272,9 @@ def footprint():
     corners = [0.5 * (a * u + b * v) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     spread = np.outer(u, u) + np.outer(v, v)
     values, axes_ = np.linalg.eigh(spread)
-    turn, e = np.degrees(np.arctan2(*axes_[::-1, 1])), np.sqrt(values[1]) * axes_[:, 1]
-    pieces = int(np.clip(min(abs(e)) / np.sqrt(values[0]) + 0.5, 1, 4))
-    piece = np.sqrt(np.maximum(np.diag(spread) - e**2 * (1 - 1 / pieces**2), values[0]))
-    for ax in (above, boxes):
+    turn = np.degrees(np.arctan2(*axes_[::-1, 1]))
+    sides = np.sqrt(np.diag(spread))
+    for ax in (above, box):
         for k in np.arange(-8, 9):
             ax.plot([k, k], [-8, 8], color=GREY, linewidth=0.3)
             ax.plot([-8, 8], [k, k], color=GREY, linewidth=0.3)
@@ -285,10 +284,8 @@ def footprint():
     above.add_patch(Ellipse((0, 0), *np.sqrt(values[::-1]), angle=turn, fill=False, edgecolor="k"))
     arrow(above, corners[0], corners[1], "$u$", 0.5, (0.4, -0.7), BLUE)
     arrow(above, corners[0], corners[3], "$v$", 0.5, (-0.7, 0.3), BLUE)
-    bare(boxes, f"the boxes of its {pieces} pieces")
-    for k in range(pieces):
-        middle = e * ((2 * k + 1) / pieces - 1) * 0.5
-        boxes.add_patch(Rectangle(middle - piece / 2, *piece, fill=False, edgecolor=BLUE, linewidth=1.5))
+    bare(box, "the box around its ellipse")
+    box.add_patch(Rectangle(-sides / 2, *sides, fill=False, edgecolor=BLUE, linewidth=1.5))
     return figure
 
 

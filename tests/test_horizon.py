@@ -101,7 +101,7 @@ def test_any_size_of_map_is_swept_and_summed(ctx, keep, size):
     terrain = keep(Terrain(ctx, heightmap))
     sky, sun = keep(SkyVisibility(terrain, AXES, SHARPNESS)), keep(SunVisibility(terrain))
     sky.build()
-    sun.build(towards_sun(200, 30))
+    sun.follow(towards_sun(200, 30))
     shape = (len(AXES), -(-(size[0] - 1) // TEXEL), -(-(size[1] - 1) // TEXEL))
     assert sky.read().shape == shape and sun.read().shape == (5, size[0] // 2, size[1] // 2)
     assert sky.read().min() >= 0 and sky.read().max() <= 1
@@ -113,14 +113,14 @@ def test_flat_ground_sees_all_of_the_sky(ctx, keep):
     sky, sun = keep(SkyVisibility(terrain, AXES, SHARPNESS)), keep(SunVisibility(terrain))
     sky.build()
     assert sky.read().min() > 0.995
-    sun.build(towards_sun(120, 40))
+    sun.follow(towards_sun(120, 40))
     assert np.allclose(sun.read()[0], math.sin(math.radians(40)), atol=1 / 8191)
     assert not sun.read()[1:].any()
 
 
 def test_the_sun_overhead_hides_behind_nothing(ctx, keep):
     sun = keep(SunVisibility(keep(Terrain(ctx, heightmap := MAPS["odd"]()))))
-    sun.build((0.0, 0.0, 1.0))
+    sun.follow((0.0, 0.0, 1.0))
     up = reference.normals_of(heightmap.heights, heightmap.spacing_m)[..., 2]
     assert np.allclose(sun.read()[0], blocks(up), atol=1e-3)
 
@@ -129,7 +129,7 @@ def test_half_a_sun_stands_on_a_level_horizon(ctx, keep):
     heights = np.zeros((5, 400))
     heights[:, -1] = 1000 * math.tan(math.radians(20.0))  # a wall in the east, 20 degrees high at 1 km
     sun = keep(SunVisibility(keep(Terrain(ctx, Heightmap(heights, 10.0)))))
-    sun.build(towards_sun(90, 20.0))
+    sun.follow(towards_sun(90, 20.0))
     at_1_km = sun.read()[0, :, (399 - 101) // 2].mean()  # the two cells on either side of it
     assert at_1_km == pytest.approx(0.5 * math.sin(math.radians(20)), abs=0.03)
     assert sun.read()[0, :, 170:195].max() == 0 and sun.read()[0, :, :125].min() == pytest.approx(0.342, abs=1e-3)
@@ -153,7 +153,7 @@ def assert_visibility(ctx, keep, heightmap):
     assert np.abs(of_sky[0] - of_sky[1]).mean() <= 0.03
     faces = reference.normals_of(heightmap.heights, heightmap.spacing_m)
     for sun in (towards_sun(300, 12), towards_sun(300, 35)):
-        sunlight.build(sun)
+        sunlight.follow(sun)
         towards = horizon.lattice_direction(sun, heightmap.spacing_m)
         truth = reference.sunlit(heightmap.heights, sun, SUN_RADIUS, towards, heightmap.spacing_m)
         cosines = (faces @ np.array(sun)).clip(0)
@@ -189,7 +189,7 @@ def test_visibility_without_a_cosine_as_the_paper_has_it(ctx, keep):
     """Equation A.5 for the sky's lobes; our values differ, as they are weighted by the cosine."""
     heightmap = Heightmap(rough(31, 35, seed=5, relief=80.0), (12.0, 10.0))
     terrain, spacing = keep(Terrain(ctx, heightmap)), heightmap.spacing_m
-    printed, ours = (keep(SkyVisibility(terrain, AXES, SHARPNESS, step)) for step in (2, 0))
+    printed, ours = (keep(SkyVisibility(terrain, AXES, SHARPNESS, step)) for step in (1, 0))
     for sky in (printed, ours):
         sky.build()
     truth = [reference.visible_shares(heightmap.heights, a, s, spacing) for a, s in zip(AXES, SHARPNESS, strict=True)]
@@ -201,8 +201,8 @@ def test_a_sun_without_a_cosine_as_the_paper_has_it(ctx, keep):
     """Like the half sun on a level horizon above, but its share alone."""
     heights = np.zeros((5, 400))
     heights[:, -1] = 1000 * math.tan(math.radians(20.0))
-    sun = keep(SunVisibility(keep(Terrain(ctx, Heightmap(heights, 10.0))), 2))
-    sun.build(towards_sun(90, 20.0))
+    sun = keep(SunVisibility(keep(Terrain(ctx, Heightmap(heights, 10.0))), 1))
+    sun.follow(towards_sun(90, 20.0))
     # the tolerance of 0.03 above is for the share times the cosine, 0.342; here it is for the share alone
     assert sun.read()[0, :, (399 - 101) // 2].mean() == pytest.approx(0.5, abs=0.088)
     assert sun.read()[0, :, 170:195].max() == 0 and sun.read()[0, :, :125].min() == pytest.approx(1.0, abs=1e-3)
@@ -239,8 +239,8 @@ def test_an_edit_makes_the_tables_that_a_new_map_has(ctx, keep):
 def test_moving_the_sun_leaves_the_sky_alone_and_is_not_done_twice(ctx, keep, monkeypatch):
     visibility = keep(Visibility(keep(Terrain(ctx, MAPS["odd"]())), AXES, SHARPNESS))
     built = []
-    for part in ("sun", "sky"):
-        monkeypatch.setattr(getattr(visibility, part), "build_steps", lambda *_, of=part: built.append(of) or iter(()))
+    for part, steps in (("sun", "follow_steps"), ("sky", "build_steps")):
+        monkeypatch.setattr(getattr(visibility, part), steps, lambda *_, of=part: built.append(of) or iter(()))
     for elevation in (10, 10, 20):
         visibility.follow(towards_sun(100, elevation))
     assert built == ["sun", "sky", "sun"]
@@ -258,8 +258,7 @@ def test_tables_made_in_portions_are_those_made_in_one(ctx, keep, posts):
 
 
 def test_progress_goes_from_nothing_to_all(ctx, keep):
-    told = []
-    keep(SkyVisibility(keep(Terrain(ctx, MAPS["two"]())), AXES, SHARPNESS)).build(told.append)
+    told = list(keep(SkyVisibility(keep(Terrain(ctx, MAPS["two"]())), AXES, SHARPNESS)).build_steps())
     assert told == sorted(told) and 0 < told[0] < 0.1 and told[-1] == 1 and len(told) > 10
 
 

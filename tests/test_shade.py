@@ -144,30 +144,13 @@ def test_splines(ctx, size):
     assert answers[:, 1:] == pytest.approx(np.array([e[1] for e in expected]), abs=1e-3)
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_slopes_of_cells_are_bilinear_between_their_middles(ctx, size):
-    heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
-    questions = queries(*size, 200)
-    answers = ask_relief(ctx, heightmap, "Relief(0.0, slope_of_cells(a.xy))", questions)[:, 1:]
-    normals = reference.normals_of(heightmap.heights, heightmap.spacing_m)
-    slopes = -normals[..., :2] / normals[..., 2:]
-    rows, cols = slopes.shape[:2]
-    x, y = (np.clip(questions[:, k].astype(float) - 0.5, 0, n - 1) for k, n in enumerate((cols, rows)))
-    i, j = np.minimum(x.astype(int), max(cols - 2, 0)), np.minimum(y.astype(int), max(rows - 2, 0))
-    s, t = (x - i)[:, None], (y - j)[:, None]
-    east, south = np.minimum(i + 1, cols - 1), np.minimum(j + 1, rows - 1)
-    north_side = slopes[j, i] * (1 - s) + slopes[j, east] * s
-    expected = north_side * (1 - t) + (slopes[south, i] * (1 - s) + slopes[south, east] * s) * t
-    assert answers == pytest.approx(expected, abs=1e-3)
-
-
 def test_rough_slopes_are_those_of_a_plane_at_its_rims_too(ctx):
     """Also for boxes of less than two posts, which a rim would cut to one post."""
     y, x = np.mgrid[:6, :9]
     heightmap = Heightmap((3 * x - 2 * y + 500).astype("f4"), spacing_m=10.0)
     places = [(x, y) for x in np.linspace(0, 8, 17) for y in np.linspace(0, 5, 11)]
     questions = np.array([(*place, e, 0.7 * e) for place in places for e in (0.1, 1.0, 2.0, 5.0)], "f4")
-    slopes = ask_relief(ctx, heightmap, "Relief(0.0, rough_slope(a.xy, a.zw))", questions)[:, 1:]
+    slopes = ask_relief(ctx, heightmap, "rough_relief(a.xy, a.zw)", questions)[:, 1:]
     assert slopes == pytest.approx(np.broadcast_to([0.3, 0.2], slopes.shape), abs=2e-3)
 
 

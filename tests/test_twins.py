@@ -72,7 +72,7 @@ def test_share_of_the_suns_disc(ctx, elevation):
         gl.write_uniforms(kernel, **sun_uniforms((0.0, np.cos(elevation), np.sin(elevation)), radius))
 
     asked = np.sin(horizons)[:, None].repeat(4, 1)
-    got = ask(ctx, "horizon/disc.glsl", "return vec4(disc_share(a.x, 0.0));", asked, bind=bind)[:, 0]
+    got = ask(ctx, "horizon/disc.glsl", "return vec4(disc_share(a.x));", asked, bind=bind)[:, 0]
     # GLSL 4.3 gives asin() 4096 units in the last place; the share's slope is at most 2/π
     step = float(np.spacing(np.float32(abs(elevation) + 2 * radius)))
     slack = 4096 * (2 / np.pi * step / radius + 2.0**-23 / np.pi)

@@ -1,7 +1,6 @@
 // horizon/around.comp — the height of the horizon towards a light,
 //   at the posts of a page of a store and a few posts around it.
-//   As in horizon/sweep.comp, one thread marches along one line,
-//   and keeps the upper convex hull of the points that it has passed.
+//   As in horizon/sweep.comp, one thread marches along one line.
 //   But a line begins far outside the page, in the coarsest window (terrain_gl/pages/windows.py),
 //   and goes on in finer ones:
 //
@@ -11,21 +10,8 @@
 //   So the horizon of a post comes from the posts of its window, or from coarser land beyond it.
 // Python twin: reference.windowed_sines
 
-#include "horizon/lines.glsl"
+#include "horizon/hull.glsl"
 
-layout(local_size_x = 64) in;
-layout(r16, binding = 0) uniform writeonly image2DArray u_horizon;  // sine of the horizon's height: 0 for −1, 1 for 1
-
-struct Point {
-    float height_m;
-    float at;  // steps along the line
-};
-
-layout(std430, binding = 0) buffer Hulls { Point hull[]; };  // one hull for each line: points × lines
-
-uniform vec2 u_towards;             // see lines.glsl
-uniform int u_layer;                // layer of the image
-uniform int u_first_line, u_lines;  // first line of this run, and their number
 uniform int u_windows;              // number of windows; in u_heights they lie one below the other
 uniform ivec2 u_shift[MAX_WINDOWS];   // `shift` of pages.windows.PageWindows
 uniform ivec4 u_within[MAX_WINDOWS];
@@ -63,24 +49,12 @@ void main() {
         for (int column = 0; column <= side; column++) {
             int at = step_at(window, column);
             if (at > until) break;
-            float h_m = line_height_m(line, window, column, at), rise = -1e30;
+            float h_m = line_height_m(line, window, column, at);
             if (h_m < -1e29) continue;
-            int tangent = -1;
-            for (int q = points - 1; q >= 0; q--) {
-                Point p = hull[q * u_lines + own];
-                float rise_to = (p.height_m - h_m) / (float(at) - p.at);
-                if (tangent >= 0 && rise_to < rise) break;
-                rise = rise_to;
-                tangent = q;
-            }
-            points = tangent + 1;
-            hull[points * u_lines + own] = Point(h_m, float(at));
-            points++;
+            vec4 record = horizon_record(own, points, Point(h_m, float(at)));
             int place = line + base(u_towards, at);
             if (window > 0 || at < first || place < u_core.x || place > u_core.y) continue;
-            float slope = rise / step_m(u_towards);
-            float sine = tangent < 0 ? -1.0 : slope * inversesqrt(1.0 + slope * slope);
-            imageStore(u_horizon, ivec3(post_at(u_towards, at, place), u_layer), vec4(0.5 + 0.5 * sine));
+            imageStore(u_horizon, ivec3(post_at(u_towards, at, place), u_layer), record);
         }
     }
 }

@@ -3,11 +3,15 @@
 //   a circular segment.
 // Provides disc_share().   Python twin: reference.disc_share
 
+// The table of sunlight: horizon/sunlit.comp.
+#define SUN_LAYERS 5
+#define SUN_STEPS 8191.0  // 14 bits with the sign: sums of 2^18 blocks are exact, boxes of 1024 × 1024 posts
+#define STEEPEST 4.0      // the slope that the table stores as 1
+
 uniform float u_sun_elevation;  // radians
 uniform float u_sun_radius;     // radians
 
-// soft: if the disc's radius is smaller than this, in radians, this is taken instead
-float disc_share(float horizon_sine, float soft) {
-    float x = clamp((u_sun_elevation - asin(clamp(horizon_sine, -1.0, 1.0))) / max(u_sun_radius, soft), -1.0, 1.0);
+float disc_share(float horizon_sine) {
+    float x = clamp((u_sun_elevation - asin(clamp(horizon_sine, -1.0, 1.0))) / u_sun_radius, -1.0, 1.0);
     return 0.5 + (x * sqrt(1.0 - x * x) + asin(x)) / 3.14159265;
 }

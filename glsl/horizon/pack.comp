@@ -11,12 +11,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Shares { uint share[]; };
 layout(rgba32ui, binding = 0) uniform writeonly uimage2D u_packed;
 
-#ifdef WINDOW
-uniform ivec2 u_texels, u_corner;  // a page's texels are a part of a larger texture
-#else
-#define u_texels imageSize(u_packed)
-#define u_corner ivec2(0)
-#endif
+uniform ivec2 u_texels, u_corner;  // the texels of a page are a part of a larger texture
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy), size = u_texels;

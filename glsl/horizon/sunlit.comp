@@ -5,17 +5,12 @@
 //     3, 4  s
 //   Products are stored because the mean of a product is not the product of the means:
 //   slopes that turn away from the sun are often in shadow, and an eye sees more of the slopes that face it.
-//   For comparison only, PRINTED 2 leaves out the cosine, as equation A.5 does: E = V.
+//   For comparison only, PRINTED 1 leaves out the cosine, as equation A.5 does: E = V.
 // Python twins: reference.sunlit, reference.visible_shares
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"
 #include "horizon/disc.glsl"
-#include "horizon/blocks.glsl"
-
-#ifndef PRINTED
-#define PRINTED 0  // benchmarks/glsl/prefilter/printed.frag
-#endif
 
 layout(local_size_x = 64) in;
 layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
@@ -27,7 +22,7 @@ uniform vec3 u_sun;
 uniform int u_first_row;  // first row of blocks of this run
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row), blocks = sun_blocks();
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row), blocks = cell_blocks();
     if (at.x >= blocks.x) return;
     float sum[SUN_LAYERS] = float[SUN_LAYERS](0.0, 0.0, 0.0, 0.0, 0.0), cells = 0.0;
     for (int k = 0; k < 4; k++) {
@@ -35,8 +30,8 @@ void main() {
         if (any(greaterThanEqual(cell, u_last_post))) continue;
         vec3 n = normal_of_cell(cell);
         vec2 slope = clamp(-n.xy / n.z / STEEPEST, -1.0, 1.0);
-        float share = disc_share(sine_of(record_near(0, u_towards, vec2(cell) + 0.5)), 0.0);
-        float light = PRINTED >= 2 ? share : share * max(dot(n, u_sun), 0.0);
+        float share = disc_share(sine_of(record_near(0, u_towards, vec2(cell) + 0.5)));
+        float light = PRINTED >= 1 ? share : share * max(dot(n, u_sun), 0.0);
         float values[SUN_LAYERS] = float[SUN_LAYERS](light, light * slope.x, light * slope.y, slope.x, slope.y);
         for (int i = 0; i < SUN_LAYERS; i++) sum[i] += values[i];
         cells += 1.0;

@@ -1,7 +1,6 @@
 // horizon/visible.glsl — the visible share of each light for a footprint: lookups in the tables of light/horizon.py.
 //   sky_visible     mean of V_l over the footprint, weighted by the cosine    (A.5, with horizon/fold.comp)
-//   sky_visible_near  the same without sums, for footprints smaller than the smallest box. It returns all lobes;
-//                   of_lobe() selects one
+//   sky_visible_near  the same without sums, for footprints smaller than the smallest box: all lobes, three a column
 //   sun_over        mean of V · ⟨n, sun⟩ over the visible facets: 1 for ground that faces the sun
 //   sun_share       share of the sun's disc that one place sees
 // Footprints are boxes in posts. Sums are bilinear between texels (shade/relief.glsl), so means are continuous. For
@@ -11,7 +10,7 @@
 
 #include "horizon/lines.glsl"
 #include "horizon/disc.glsl"
-#include "horizon/blocks.glsl"
+#include "horizon/cell.glsl"
 
 #ifndef LOBES
 #define LOBES 4
@@ -22,28 +21,11 @@
 
 vec3 unpacked(uint word) { return vec3(word & 1023u, word >> 10 & 1023u, word >> 20 & 1023u) / 1023.0; }
 
-float of_lobe(mat4x3 visible, int l) {
-    vec3 three = l < 3 ? visible[0] : l < 6 ? visible[1] : l < 9 ? visible[2] : visible[3];
-    return l % 3 == 0 ? three.x : l % 3 == 1 ? three.y : three.z;
-}
-
 #ifndef PAGED  // else pages/visible.glsl has these
+#include "light/tables.glsl"
+
 const bool HAS_SUMS = true;
 
-#ifdef WORDS_IN_TEXTURES
-layout(binding = 14) uniform usamplerBuffer u_shares;
-#define SHARE(i) texelFetch(u_shares, i).x
-#else
-layout(std430, binding = 4) readonly buffer Shares { uint share[]; };
-#define SHARE(i) share[i]
-#endif
-#ifdef WORDS_IN_TEXTURES
-layout(binding = 15) uniform usamplerBuffer u_sunlit;
-#define SUNLIT(i) texelFetch(u_sunlit, i).x
-#else
-layout(std430, binding = 5) readonly buffer Sunlit { uint sunlit[]; };  // signed: sunlit.comp
-#define SUNLIT(i) sunlit[i]
-#endif
 layout(r16, binding = 0) readonly uniform image2DArray u_sun_horizon;
 RECORDS_IN(u_sun_horizon)
 
@@ -51,42 +33,7 @@ layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // shares tha
 
 uniform vec2 u_sun_towards;
 
-// All bits set where a sum is stored, none on the rim, where the sum is 0. A mask is faster than a branch.
-uint inside_of(int x, int y) { return ~uint((x - 1 | y - 1) >> 31); }
-
-uint sunlit_at(int layer, int x, int y) {
-    ivec2 size = sun_blocks();
-    return SUNLIT((layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)) & inside_of(x, y);
-}
-
 ivec2 share_texels() { return (u_last_post - 1) / TEXEL + 1; }
-
-uint share_at(int layer, int x, int y) {
-    ivec2 size = share_texels();
-    return SHARE((layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)) & inside_of(x, y);
-}
-
-// Mean over the box from a to c, given in texels; `end` is the table's size. A side of the box lies between two words.
-#define BOX_MEAN(name, sum_at)                                                                    \
-    float name(int layer, vec2 a, vec2 c, ivec2 end) {                                            \
-        ivec4 x = min(ivec4(a.xx, c.xx) + ivec4(0, 1, 0, 1), end.x);                              \
-        ivec4 y = min(ivec4(a.yy, c.yy) + ivec4(0, 1, 0, 1), end.y);                              \
-        vec4 rows;                                                                                \
-        uvec4 first;                                                                              \
-        for (int j = 0; j < 4; j++) {                                                             \
-            uint west = sum_at(layer, x[0], y[j]);                                                \
-            uvec4 sums = uvec4(0u, sum_at(layer, x[1], y[j]), sum_at(layer, x[2], y[j]),          \
-                               sum_at(layer, x[3], y[j])) - uvec4(0u, uvec3(west));               \
-            if (j == 0) first = sums;                                                             \
-            vec4 s = vec4(ivec4(sums - first));                                                   \
-            rows[j] = mix(s.z, s.w, fract(c.x)) - s.y * fract(a.x);                               \
-        }                                                                                         \
-        float total = mix(rows.z, rows.w, fract(c.y)) - rows.y * fract(a.y);                      \
-        return total / ((c.x - a.x) * (c.y - a.y));                                               \
-    }
-
-BOX_MEAN(mean_sunlit, sunlit_at)
-BOX_MEAN(mean_share, share_at)
 
 // A footprint's box, inside the map and not smaller than `least`;
 // cell (i, j) is between posts (i, j) and (i + 1, j + 1).
@@ -99,7 +46,8 @@ vec4 box_of(vec2 post, vec2 extent, float least) {
 
 float sky_visible(int lobe, vec2 post, vec2 extent) {
     vec4 box = box_of(post, extent, LEAST_SKY_POSTS) / float(TEXEL);
-    return mean_share(lobe, box.xy, min(box.zw, vec2(share_texels())), share_texels()) / FULL;
+    TexelBox texels = box_between(box.xy, min(box.zw, vec2(share_texels())), share_texels());
+    return table_mean(SKY_SHARES, lobe, texels) / FULL;
 }
 
 // Along one axis, a box reaches from a to c: the share that it covers of each of three neighbouring texels.
@@ -121,14 +69,15 @@ mat4x3 sky_visible_near(vec2 post, vec2 extent) {
     return visible;
 }
 
-float sun_share(vec2 post, vec2 extent) { return disc_share(sine_of(record_near(0, u_sun_towards, post)), 0.0); }
+float sun_share(vec2 post, vec2 extent) { return disc_share(sine_of(record_near(0, u_sun_towards, post))); }
 
 // In the picture, facets of slope s have the weight 1 − lean · (s − s̄): see lean_of().
 // So the mean of E over the picture is Ē − lean · (mean of E s − Ē s̄).
 float sun_over(vec2 post, vec2 extent, vec2 lean) {
     vec4 box = 0.5 * box_of(post, extent, 2.0);
+    TexelBox blocks = box_between(box.xy, box.zw, cell_blocks());
     float mean[SUN_LAYERS];
-    for (int k = 0; k < SUN_LAYERS; k++) mean[k] = mean_sunlit(k, box.xy, box.zw, sun_blocks()) / SUN_STEPS;
+    for (int k = 0; k < SUN_LAYERS; k++) mean[k] = table_mean(SUNLIT, k, blocks) / SUN_STEPS;
     vec2 together = vec2(mean[1], mean[2]) - mean[0] * vec2(mean[3], mean[4]);
     return clamp(mean[0] - STEEPEST * dot(lean, together), 0.0, 1.0);
 }

@@ -14,17 +14,8 @@ vec3 open_light(Material material, vec3 normal, vec3 towards_eye) {
     Lit l;
     l.lobe = merged_at(normal, material);
     l.sun = l.unshadowed = max(dot(normal, u_sun.axis), 0.0);
-    l.ambient = u_around * (0.5 - 0.5 * normal.z);
-    Lobe mirror = reflection_lobe(l.lobe.r, towards_eye);
-    l.mirrored = u_around * (1.0 - share_above(mirror, vec3(0.0, 0.0, 1.0)));
-    for (int i = 0; i < SKY_LOBES; i++) {
-        Light lobe = u_sky[i];
-        l.ambient += lobe.amplitude * (lobe.integral / PI * cosine_of(l.lobe, lobe));
-        l.mirrored += sg_inner_product(Lobe(lobe.axis, lobe.sharpness, lobe.amplitude), mirror);
-    }
-    Ground g;
-    g.towards_eye = towards_eye;
-    return outgoing_light(g, l);
+    add_sky(l, towards_eye, mat4x3(vec3(1.0), vec3(1.0), vec3(1.0), vec3(1.0)));
+    return outgoing_light(towards_eye, l);
 }
 
 Material plain_material(vec2 place) {

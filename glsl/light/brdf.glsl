@@ -14,7 +14,7 @@
 //   sharpness κ/(4 |o·μ|) (Wang et al. 2009, section 4) and integral 1.
 //   It is multiplied by Fresnel's factor (Schlick 1994).
 //   For comparison only: printed_diffuse() is B.3 and B.4, merged by C.1 to C.4, as printed (benchmarks/glsl).
-// Provides cosine_mean(), printed_diffuse(), reflection_lobe(), specular_of(), schlick(), sharpness_of_roughness().
+// Provides cosine_mean(), printed_diffuse(), reflection_lobe(), schlick(), sharpness_of_roughness().
 // Python twins: reference.cosine_mean, reference.printed_diffuse, reference.reflection_lobe
 
 #include "light/vmf.glsl"
@@ -52,8 +52,6 @@ Lobe reflection_lobe(vec3 r, vec3 towards_eye) {
     float k = half_vectors.sharpness / (4.0 * slant);
     return Lobe(reflect(-towards_eye, half_vectors.axis), k, vec3(1.0) / sg_integral(k));
 }
-
-vec3 specular_of(Lobe g, Lobe reflection) { return sg_inner_product(g, reflection); }
 
 // On rough ground, facets hide each other at low angles, so the ground mirrors less (after Lagarde 2011, "Adopting a
 // physically based shading model").

@@ -7,7 +7,7 @@
 //     w(s) ≈ W (1 − lean · (s − s̄)),    lean = o_h Φ(t) / W,    W = ς (t Φ(t) + φ(t))
 //   So a mean over the picture is the mean over the map minus lean · the covariance with the slope.
 //   Covariances are linear, and tables hold them.   σ² follows from the length of the mean normal.
-// Provides slope_variance(), lean_of(), lean_over().   Python twin: reference.lean
+// Provides normal_share(), lean_of().   Python twin: reference.lean
 
 #include "light/lobes.glsl"
 
@@ -25,16 +25,4 @@ vec2 lean_of(vec3 normal, vec3 o) {
     if (spread < 0.01 * facing) return o.xy / facing;  // all facets are seen
     float t = clamp(facing / max(spread, 1e-4), -1.0, 6.0), share = normal_share(t);
     return o.xy * share / max(spread * (t * share + 0.39894228 * exp(-0.5 * t * t)), 1e-4);
-}
-
-// Replace a footprint's lobes by their means over the visible facets. If the slope changes by d, the horizontal part of
-// the normal n changes by −n_z d.
-void lean_over(inout Merged m, vec2 lean) {
-    vec3 turn = vec3(m.normal.z * slope_variance(m.normal) * lean, 0.0);
-    vec3 leaned = m.normal + turn;
-    leaned *= length(m.normal) / max(length(leaned), 1e-6);
-    float stretch = length(m.r) / max(length(m.normal), 1e-6);
-    vec3 r = m.r + stretch * (leaned - m.normal);
-    m.r = r * (length(m.r) / max(length(r), 1e-6));
-    m.normal = leaned;
 }

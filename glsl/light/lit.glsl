@@ -34,7 +34,7 @@ Merged merged_ground(Ground g) {
         material.albedo *= 1.0 + grain.speck;
         near_ = merged_at(normal_of(g.fine.slope + grain.slope), material);
     }
-    if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
+    if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_ = merged_over(g.post, g.extent);
     return far == 0.0 ? near_ : far == 1.0 ? far_ : blended(near_, far_, far);
 }
 
@@ -49,25 +49,29 @@ float share_above(Lobe lobe, vec3 normal) {
     return normal_share(A * c * inversesqrt(max(mix(aside, along, c * c), 1e-6)));
 }
 
+// The visible share of each lobe of the sky, three a column.
+mat4x3 sky_seen(Ground g) {
+    if (!HAS_SUMS || !MAY_BE_FAR) return sky_visible_near(g.post, g.extent);
+    mat4x3 visible;
+    for (int i = 0; i < SKY_LOBES; i++) visible[i / 3][i % 3] = sky_visible(i, g.post, g.extent);
+    return visible;
+}
+
 // Add the sky's light: diffuse on white ground, and mirrored by rough ground.
 // The part of the mirrored lobe that is below the horizon, or below the ground's plane, sees land.
-void add_sky(inout Lit l, Ground g) {
-    Lobe mirror = reflection_lobe(l.lobe.r, g.towards_eye);
+void add_sky(inout Lit l, vec3 towards_eye, mat4x3 visible) {
+    Lobe mirror = reflection_lobe(l.lobe.r, towards_eye);
     float all = 0.0, above = share_above(mirror, normalize(l.lobe.normal));
     l.mirrored = u_around * (1.0 - share_above(mirror, vec3(0.0, 0.0, 1.0)));
     l.ambient = vec3(0.0);
     l.sky = 0.0;
-    mat4x3 near_;
-    bool is_near = !HAS_SUMS || !MAY_BE_FAR;
-    if (is_near) near_ = sky_visible_near(g.post, g.extent);
     for (int i = 0; i < SKY_LOBES; i++) {
         Light lobe = u_sky[i];
-        float visible = is_near ? of_lobe(near_, i) : sky_visible(i, g.post, g.extent);
-        float width = lobe.integral * lobe.axis.z;
-        vec3 light = sky_through(lobe, visible);
+        float seen = visible[i / 3][i % 3], width = lobe.integral * lobe.axis.z;
+        vec3 light = sky_through(lobe, seen);
         l.ambient += light * (lobe.integral / PI * cosine_of(l.lobe, lobe));
         l.mirrored += sg_inner_product(Lobe(lobe.axis, lobe.sharpness, light), mirror);
-        l.sky += width * visible;
+        l.sky += width * seen;
         all += width;
     }
     l.sky /= all;
@@ -75,15 +79,11 @@ void add_sky(inout Lit l, Ground g) {
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
-// The slope for the sun at one place. A store has no means of sunlight: there, a large footprint gets its mean slope.
-vec2 sun_slope(vec2 post, vec2 extent) {
-    vec2 slope = slope_of_cells(post);
-    return HAS_SUMS ? slope : mix(slope, rough_slope(post, extent), farness_from(PART * SUN_FROM, extent));
-}
-
-// V ⟨n, sun⟩ of one place, and ⟨n, sun⟩.
-vec2 sun_at(vec2 post, vec2 extent, float grained) {
-    vec2 slope = sun_slope(post, extent) + grain_of(post, extent, grained).slope;
+// V ⟨n, sun⟩ of one place, and ⟨n, sun⟩. A store has no means of sunlight: there, a large footprint has its mean slope.
+vec2 sun_at(Ground g, vec2 post, float grained) {
+    vec2 extent = PART * g.extent;
+    vec2 slope = mix(relief_of(post, vec2(0.0)).slope, g.fine.slope, HAS_SUMS ? 0.0 : farness(g.extent));
+    slope += grain_of(post, extent, grained).slope;
     return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post, extent), 1.0);
 }
 
@@ -97,7 +97,7 @@ void add_sun(inout Lit l, Ground g, vec2 lean) {
     int left = g.samples;
     do {  // compilers unroll a loop over all samples; this loop they compile only once
         vec2 part = part_of(g, findLSB(left));
-        if (far < 1.0) near_ += weight * sun_at(part, PART * g.extent, grained);
+        if (far < 1.0) near_ += weight * sun_at(g, part, grained);
         if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_.x += weight * sun_over(part, PART * g.extent, lean);
         left &= left - 1;
     } while (left != 0);
@@ -109,10 +109,8 @@ void add_sun(inout Lit l, Ground g, vec2 lean) {
 Lit lit_ground(Ground g) {
     Lit l;
     l.lobe = merged_ground(g);
-    vec2 lean = lean_of(l.lobe.normal, g.towards_eye);
-    lean_over(l.lobe, lean);
-    add_sun(l, g, lean);
-    add_sky(l, g);
+    add_sun(l, g, lean_of(l.lobe.normal, g.towards_eye));
+    add_sky(l, g.towards_eye, sky_seen(g));
     return l;
 }
 
@@ -127,14 +125,10 @@ vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
         / (4.0 * max(dot(h, towards_eye), 0.05));
 }
 
-// Specular light: the sun's, and the sky's from add_sky().
-vec3 specular_light(Ground g, Lit l) {
-    float sun_seen = l.unshadowed > 1e-3 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
-    return mirrored_sun(l.lobe.r, g.towards_eye) * sun_seen + l.mirrored;
-}
-
-vec3 outgoing_light(Ground g, Lit l) {
+vec3 outgoing_light(vec3 towards_eye, Lit l) {
     float sharpness = sharpness_of(length(l.lobe.r)), roughness = sqrt(sqrt(min(2.0 / sharpness, 1.0)));
-    float mirrored = schlick(dot(normalize(l.lobe.r), g.towards_eye), roughness);
-    return mix(l.lobe.albedo * (direct_light(l) + l.ambient), specular_light(g, l), mirrored);
+    float mirrored = schlick(dot(normalize(l.lobe.r), towards_eye), roughness);
+    float sun_seen = l.unshadowed > 1e-3 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
+    vec3 specular = mirrored_sun(l.lobe.r, towards_eye) * sun_seen + l.mirrored;
+    return mix(l.lobe.albedo * (direct_light(l) + l.ambient), specular, mirrored);
 }

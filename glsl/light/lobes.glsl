@@ -4,7 +4,7 @@
 //     0–2  Y·n   normals weighted by the luminance of the albedo, for diffuse light          n of horizon/cell.glsl
 //     3–5  r     lobes of half-vectors, |r|(κ)·n by their roughness                        (equations C.1, C.3)
 //     6–8  a     albedo: red, green, blue
-// Provides Merged, merged_at(), lobe_blocks().   Python twin: reference.lobe_values
+// Provides Merged, merged_at().   Python twin: reference.lobe_values
 
 #include "light/brdf.glsl"
 #include "shade/cover.glsl"
@@ -23,5 +23,3 @@ struct Merged {
 Merged merged_at(vec3 normal, Material material) {
     return Merged(normal, lobe_length(sharpness_of_roughness(material.roughness)) * normal, material.albedo);
 }
-
-ivec2 lobe_blocks() { return (u_last_post + 1) / 2; }

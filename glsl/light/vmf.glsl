@@ -4,7 +4,7 @@
 //   Its sharpness:               κ ≈ (3|r| − |r|³) / (1 − |r|²)                                        (equation C.1)
 //   C.1's κ differs by up to 5 % from the exact inverse of coth κ − 1/κ. Two Newton steps remove that error;
 //   above κ = 20 the inverse is 1/(1 − |r|) in float precision. So merging equal lobes gives the same lobe again.
-//   For comparison only, PRINTED 3 uses C.1 as printed in both directions (benchmarks/glsl).
+//   For comparison only, PRINTED 2 uses C.1 as printed in both directions (benchmarks/glsl).
 // Provides mean_length(), sharpness_of(), lobe_length(), cubic_length(), cubic_sharpness(), vmf_lobe().
 // Python twins: reference.mean_length, reference.sharpness_of_length, reference.cubic_length, reference.cubic_sharpness
 
@@ -31,11 +31,11 @@ float cubic_length(float sharpness) {
     return r;
 }
 
-float lobe_length(float sharpness) { return PRINTED >= 3 ? cubic_length(sharpness) : mean_length(sharpness); }
+float lobe_length(float sharpness) { return PRINTED >= 2 ? cubic_length(sharpness) : mean_length(sharpness); }
 
 float sharpness_of(float length_) {
     float r = clamp(length_, 0.0, 1.0 - 1.0 / SHARPEST);
-    if (PRINTED >= 3) return cubic_sharpness(r);
+    if (PRINTED >= 2) return cubic_sharpness(r);
     if (r > 0.95) return 1.0 / (1.0 - r);
     float k = r * (3.0 - r * r) / (1.0 - r * r);
     if (k < 0.1) return k;

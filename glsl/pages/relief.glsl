@@ -5,13 +5,9 @@
 //     w_l = distance to the nearest page that is not loaded, / FADE, 0 to 1
 //   So there are no steps where the level changes. If all pages are loaded, w₀ = 1:
 //   the relief is that of the map in memory.
-// Provides relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
+// Provides relief_of(), rough_relief().   Python twin: reference.relief
 
 #define FADE 4.0  // in posts of the level
-
-#define MEAN 0  // kinds of relief
-#define CELLS 1
-#define ROUGH 2
 
 float posts_of_step(int level) { return float(1 << level); }
 
@@ -46,20 +42,14 @@ float share_of(int level, vec2 at, vec2 extent) {
     return level >= u_top_level ? 1.0 : share;
 }
 
-Relief asked_on(int what, int level, vec2 at, vec2 extent) {
-    if (what == MEAN) return relief_on(level, at, extent);
-    if (what == ROUGH) return rough_relief_on(level, at, extent);
-    return Relief(0.0, slope_of_cells_on(level, at));
-}
-
-Relief relief_of_levels(int what, vec2 post, vec2 extent) {
+Relief relief_of_levels(bool is_rough, vec2 post, vec2 extent) {
     Relief sum = Relief(0.0, vec2(0.0));
     float left = 1.0;
     int level = int(finest_over(min(ivec2(post) >> PAGE_LOG2, pages_of(0) - 1)) >> 24);
     do {
         vec2 step_ = step_around(level, post, extent), at = in_lattice(level, post);
         float share = left * share_of(level, at, extent / step_);
-        Relief r = asked_on(what, level, at, extent / step_);
+        Relief r = is_rough ? rough_relief_on(level, at, extent / step_) : relief_on(level, at, extent / step_);
         sum.height_m += share * r.height_m;
         sum.slope += share * r.slope / step_;
         left -= share;
@@ -68,14 +58,6 @@ Relief relief_of_levels(int what, vec2 post, vec2 extent) {
     return sum;
 }
 
-Relief relief_of(vec2 post, vec2 extent) { return relief_of_levels(MEAN, post, extent); }
+Relief relief_of(vec2 post, vec2 extent) { return relief_of_levels(false, post, extent); }
 
-vec2 slope_of_cells(vec2 post) { return relief_of_levels(CELLS, post, vec2(0.0)).slope; }
-
-vec2 rough_slope(vec2 post, vec2 extent) { return relief_of_levels(ROUGH, post, extent).slope; }
-
-float box_mean_m(ivec2 a, ivec2 b) {
-    vec2 middle = 0.5 * vec2(a + b - 1), extent = vec2(b - a);
-    if (share_of(0, middle, extent) == 1.0) return box_mean_on(0, a, b);
-    return relief_of_levels(ROUGH, middle, extent).height_m;
-}
+Relief rough_relief(vec2 post, vec2 extent) { return relief_of_levels(true, post, extent); }

@@ -42,7 +42,7 @@ float share_in(LitPage p) {
     vec2 t = p.at - vec2(at);
     float north = mix(record_at(p, at), record_at(p, at + ivec2(1, 0)), t.x);
     float south = mix(record_at(p, at + ivec2(0, 1)), record_at(p, at + 1), t.x);
-    return disc_share(sine_of(mix(north, south, t.y)), 0.0);
+    return disc_share(sine_of(mix(north, south, t.y)));
 }
 
 float sun_share(vec2 post, vec2 extent) {

@@ -3,7 +3,7 @@
 //   So a part of a map looks the same as in the whole map, and an edit elsewhere changes nothing.
 //   A climate is three numbers at each corner of the map, bilinear in between:
 //   the tree line in metres, the snow line in metres, and dryness, 0 to 1.
-// Provides Climate, climate_at(), zone_of(), metres_up().   Python twin: light.climate
+// Provides Climate, climate_at(), zone_of().   Python twin: light.climate
 
 struct Climate {
     float trees_m, snow_m, dryness;
@@ -17,8 +17,6 @@ Climate climate_at(vec2 post) {
     vec3 c = mix(mix(u_climate[0], u_climate[1], t.x), mix(u_climate[2], u_climate[3], t.x), t.y);
     return Climate(c.x, c.y, c.z);
 }
-
-float metres_up(float height_m) { return height_m + u_base_m; }
 
 #define TREES_END 0.33  // zones are numbers from 0, at the sea; trees end at this zone,
 #define SNOW_STAYS 0.60 // and snow begins at this zone

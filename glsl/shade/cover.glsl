@@ -1,4 +1,4 @@
-// shade/cover.glsl — the material of the ground, from the map alone: height, slope, hollow or ridge, water;
+// shade/cover.glsl — the material of the ground, from the map alone: height, slope, water;
 //   or its colour from a picture of the ground. Colours are diffuse albedos.
 // Provides Material, material_of(), WATER.
 
@@ -38,10 +38,6 @@ Material mixed(Material a, Material b, float t) {
     return Material(mix(a.albedo, b.albedo, t), mix(a.roughness, b.roughness, t));
 }
 
-Material added(Material a, Material b, float weight) {
-    return Material(a.albedo + weight * b.albedo, a.roughness + weight * b.roughness);
-}
-
 // xyz: the picture's colour times the share of the footprint that the picture covers; w: that share.
 vec4 picture_of(vec2 post, vec2 extent) {
     vec2 texels = extent * vec2(textureSize(u_albedo, 0)) / vec2(u_last_post + 1);
@@ -55,20 +51,29 @@ float hashed(ivec2 at) {
     return float(n >> 8) / 16777216.0;
 }
 
-// Value noise with mean 0, averaged over a footprint.
-// The best estimate (least squares) of the mean over a box of w × h grains is the value at its centre
+// Value noise of mean 0 around a place in a cell of the lattice, and its slope in cells.
+vec3 bump(ivec2 at, vec2 t) {
+    vec2 u = t * t * t * (t * (t * 6.0 - 15.0) + 10.0), du = 30.0 * t * t * (t * (t - 2.0) + 1.0);
+    float a = hashed(at);
+    float b = hashed(at + ivec2(1, 0));
+    float c = hashed(at + ivec2(0, 1));
+    float d = hashed(at + 1);
+    float twist = a - b - c + d;
+    return vec3(du * (vec2(b - a, c - a) + twist * u.yx), a + (b - a) * u.x + (c - a) * u.y + twist * u.x * u.y - 0.5);
+}
+
+// The share of value noise that is seen in a footprint of w × h grains.
+// The best estimate (least squares) of the mean over it is the value at its centre
 // times 1 / (1 + w²/7.4) / (1 + h²/7.4).
-// The Gaussian used here is nearly equal for small boxes, and falls to 0 sooner.
+// The Gaussian used here is nearly equal for small footprints, and reaches 0.
+float seen_noise(vec2 grains) { return max(1.03 * exp(-0.125 * dot(grains, grains)) - 0.03, 0.0); }
+
+// Value noise with mean 0, averaged over a footprint.
 float noise(vec2 post, float grain, vec2 extent) {
-    vec2 wide = extent / grain;
-    float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // reaches 0
-    if (seen < 0.0) return 0.0;
-    vec2 p = post / grain, t = fract(p);
-    ivec2 at = ivec2(floor(p));
-    t = t * t * (3.0 - 2.0 * t);
-    float north = mix(hashed(at), hashed(at + ivec2(1, 0)), t.x);
-    float south = mix(hashed(at + ivec2(0, 1)), hashed(at + ivec2(1, 1)), t.x);
-    return (mix(north, south, t.y) - 0.5) * seen;
+    float seen = seen_noise(extent / grain);
+    if (seen <= 0.0) return 0.0;
+    vec2 p = post / grain;
+    return bump(ivec2(floor(p)), fract(p)).z * seen;
 }
 
 float patchiness(vec2 post, vec2 extent) {
@@ -87,7 +92,7 @@ float strata(float up_m, float footprint_m) {
     return sum;
 }
 
-Material green_land(float zone, float steep, float patch_, float hollow) {
+Material green_land(float zone, float steep, float patch_) {
     vec3 valley = vec3(0.075, 0.095, 0.032), forest = vec3(0.030, 0.047, 0.020), meadow = vec3(0.105, 0.112, 0.042);
     vec3 heath = vec3(0.150, 0.125, 0.075), scree = vec3(0.215, 0.198, 0.178), rock = vec3(0.150, 0.139, 0.129);
     float wooded = smoothstep(0.01, 0.08, zone) * (1.0 - smoothstep(0.26, 0.36, zone))
@@ -95,7 +100,7 @@ Material green_land(float zone, float steep, float patch_, float hollow) {
     vec3 colour = mix(mix(valley, meadow, smoothstep(0.03, 0.20, zone)), forest, 0.85 * wooded);
     colour = mix(colour, heath, smoothstep(0.30, 0.44, zone));
     colour = mix(colour, scree, smoothstep(0.42, 0.60, zone));
-    float bare = smoothstep(1.00, 1.55, steep * (1.0 + 0.5 * patch_) + 1.6 * zone - 0.3 * hollow);
+    float bare = smoothstep(1.00, 1.55, steep * (1.0 + 0.5 * patch_) + 1.6 * zone);
     return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.5 * patch_), 0.7), bare);
 }
 
@@ -108,43 +113,32 @@ vec3 arid_albedo(float up_m, float steep, float patch_, float layer) {
 }
 
 // Land without a climate: grass on level ground, then soil, and rock on steep slopes.
-Material earth_land(float steep, float patch_, float hollow) {
+Material earth_land(float steep, float patch_) {
     vec3 grass = vec3(0.118, 0.122, 0.066), soil = vec3(0.165, 0.140, 0.102), rock = vec3(0.200, 0.188, 0.172);
-    vec3 colour = mix(grass, soil, smoothstep(0.15, 0.55, steep * (1.0 + 0.5 * patch_) - 0.3 * hollow));
-    float bare = smoothstep(0.55, 1.0, steep * (1.0 + 0.5 * patch_) - 0.2 * hollow);
+    vec3 colour = mix(grass, soil, smoothstep(0.15, 0.55, steep * (1.0 + 0.5 * patch_)));
+    float bare = smoothstep(0.55, 1.0, steep * (1.0 + 0.5 * patch_));
     return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.3 * patch_), 0.75), bare);
 }
 
 // How many times steeper the relief is drawn than it is: the ground's cover follows true slopes.
 uniform float u_exaggeration;
 
-#define AROUND_POSTS 6  // half side of the box that hollow_of() compares a post with, in posts
-
-// How deep the nearest post lies below the mean of the box around it: 1 if slopes of 45 degrees rise on all sides.
-float hollow_of(vec2 post) {
-    ivec2 at = ivec2(round(post));
-    float mean_m = box_mean_m(max(at - AROUND_POSTS, 0), min(at + AROUND_POSTS, u_last_post) + 1);
-    return clamp((mean_m - height_m(at))
-        / (0.5 * float(AROUND_POSTS) * u_exaggeration * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
-}
-
 // Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other;
 // in a dry climate sand and layers of rock.
-Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
+Material natural_land(vec2 post, vec2 extent, Relief fine) {
     Climate climate = climate_at(post);
-    float up_m = metres_up(fine.height_m);
+    float up_m = fine.height_m + u_base_m;
     float steep = length(fine.slope) / u_exaggeration;
     float patch_ = patchiness(post, extent);
-    float zone = zone_of(up_m, climate) + 0.10 * patch_ - 0.05 * hollow;
-    Material land = Material(vec3(0.0), 0.0);
-    if (GREEN) land = added(land, green_land(zone, steep, patch_, hollow), 1.0 - climate.dryness);
+    float zone = zone_of(up_m, climate) + 0.10 * patch_;
+    Material land = GREEN ? green_land(zone, steep, patch_) : FILLED;
     if (ARID) {
         float thickness_m = length(fine.slope) * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y);
         float layer = strata(up_m + 10.0 * patch_, thickness_m);
-        land = added(land, Material(arid_albedo(up_m, steep, patch_, layer), 0.85), climate.dryness);
+        land = mixed(land, Material(arid_albedo(up_m, steep, patch_, layer), 0.85), climate.dryness);
     }
     land.albedo *= 1.0 + 0.2 * patch_;
-    float snowy = smoothstep(SNOW_STAYS - 0.07, SNOW_STAYS + 0.08, zone + 0.06 * hollow)
+    float snowy = smoothstep(SNOW_STAYS - 0.07, SNOW_STAYS + 0.08, zone)
         * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
     return mixed(land, SNOW, snowy);
 }
@@ -168,12 +162,12 @@ const vec4 TINTS[10] = vec4[10](
 
 uniform vec4 u_ramp[10];  // a ramp of colours by height: light.ramps.Ramp.stops
 
-Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
-    if (LOOK == EARTH) return earth_land(length(fine.slope) / u_exaggeration, patchiness(post, extent), hollow);
+Material land_of(vec2 post, vec2 extent, Relief fine) {
+    if (LOOK == EARTH) return earth_land(length(fine.slope) / u_exaggeration, patchiness(post, extent));
     if (LOOK == GREY) return Material(vec3(0.26), 0.9);
-    if (LOOK == TINT) return Material(between_stops(TINTS, metres_up(fine.height_m)), 0.95);
-    if (LOOK == RAMP) return Material(between_stops(u_ramp, metres_up(fine.height_m)), 0.95);
-    return natural_land(post, extent, fine, hollow);
+    if (LOOK == TINT) return Material(between_stops(TINTS, fine.height_m + u_base_m), 0.95);
+    if (LOOK == RAMP) return Material(between_stops(u_ramp, fine.height_m + u_base_m), 0.95);
+    return natural_land(post, extent, fine);
 }
 
 // The material of a footprint; details smaller than its extent, in posts, fade.
@@ -181,9 +175,7 @@ Material material_of(vec2 post, vec2 extent, Relief fine) {
     vec4 picture = PICTURED ? picture_of(post, extent) : vec4(0.0);
     Material pictured = Material(picture.rgb / max(picture.a, 1e-6), 0.8);
     if (picture.a > 0.999) return pictured;
-    // hollow_of() has steps from post to post. So it fades out near the eye, where posts are wider than pixels
-    float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));
-    Material land = land_of(post, extent, fine, hollow);
+    Material land = land_of(post, extent, fine);
     if (MARKED) {
         vec2 marked = marked_at(post);
         if (LOOK != GREY && LOOK != RAMP) land = mixed(land, WATER, smoothstep(0.3, 0.7, marked.y));

@@ -28,24 +28,22 @@ float clay(Ground g) {
     return 0.25 + 0.2 * normal.z + 0.55 * max(dot(normal, u_sun), 0.0);
 }
 
-// Linear interpolation between five colours: v_0 at 0, v_4 at 1.
-vec3 between(vec3 v_0, vec3 v_1, vec3 v_2, vec3 v_3, vec3 v_4, float t) {
-    t = clamp(t, 0.0, 1.0) * 4.0;
-    vec3 v = mix(v_0, v_1, clamp(t, 0.0, 1.0));
-    v = mix(v, v_2, clamp(t - 1.0, 0.0, 1.0));
-    v = mix(v, v_3, clamp(t - 2.0, 0.0, 1.0));
-    return mix(v, v_4, clamp(t - 3.0, 0.0, 1.0));
+// Linear interpolation between five colours, from t = 0 to 1.
+vec3 between(vec3 colours[5], float t) {
+    float at = 4.0 * clamp(t, 0.0, 1.0);
+    int i = min(int(at), 3);
+    return mix(colours[i], colours[i + 1], at - float(i));
 }
 
 // Viridis and inferno at five places, sRGB (Smith, van der Walt 2015).
 vec3 viridis(float t) {
-    return between(vec3(0.267, 0.005, 0.329), vec3(0.230, 0.322, 0.546), vec3(0.128, 0.567, 0.551),
-                   vec3(0.369, 0.789, 0.383), vec3(0.993, 0.906, 0.144), t);
+    return between(vec3[5](vec3(0.267, 0.005, 0.329), vec3(0.230, 0.322, 0.546), vec3(0.128, 0.567, 0.551),
+        vec3(0.369, 0.789, 0.383), vec3(0.993, 0.906, 0.144)), t);
 }
 
 vec3 inferno(float t) {
-    return between(vec3(0.001, 0.000, 0.014), vec3(0.342, 0.062, 0.429), vec3(0.736, 0.216, 0.330),
-                   vec3(0.978, 0.558, 0.035), vec3(0.988, 0.998, 0.645), t);
+    return between(vec3[5](vec3(0.001, 0.000, 0.014), vec3(0.342, 0.062, 0.429), vec3(0.736, 0.216, 0.330),
+        vec3(0.978, 0.558, 0.035), vec3(0.988, 0.998, 0.645)), t);
 }
 
 // Errors from 0 to the tolerance; or to the end of a given scale, where the square root makes small errors visible.

@@ -6,7 +6,7 @@
 //                 `-._       ____/‾‾\__ /         meets the wall there; a ray that reaches the
 //   ____________________`-._|__________|_______  u_edge_m     plain first meets the plain
 //
-// Provides EDGE, wall_normal(), surroundings_at(), wall_depth(), may_meet_wall(), plain_depth(), rim_m_at().
+// Provides EDGE, wall_normal(), surroundings_at(), wall_depth(), plain_depth(), rim_m_at().
 
 #include "blocks/view.glsl"
 
@@ -49,24 +49,13 @@ float entry_depth(vec3 ray) {
     return near > 0.0 && near < min(last.x, last.y) && !(plain > 0.0 && plain < near) ? near : -1.0;
 }
 
-// Whether the ray enters the rectangle below this height.
-bool enters_below(float h_m, vec3 ray, float entry) {
-    return entry > 0.0 && ray.z * entry < up_from_eye_m(h_m) - drop_m(entry * ray.xy);
-}
-
-vec2 entry_place(vec3 ray, float entry) { return rim_place(entry * ray.xy, post_from_eye_m(ivec2(0, u_last_post.y))); }
-
 // The view depth at which a ray meets the wall below the rim, and the place where it does; negative if it does not.
 float wall_depth(vec3 ray, out vec2 place) {
-    place = vec2(0.0);
-    if (EDGE < 2) return -1.0;
     float entry = entry_depth(ray);
-    place = entry_place(ray, entry);
-    return enters_below(rim_m_at(place), ray, entry) ? entry : -1.0;
+    place = rim_place(entry * ray.xy, post_from_eye_m(ivec2(0, u_last_post.y)));
+    float rim_m = up_from_eye_m(rim_m_at(place)) - drop_m(entry * ray.xy);
+    return EDGE == 2 && entry > 0.0 && ray.z * entry < rim_m ? entry : -1.0;
 }
-
-// Whether the ray may meet the wall: it enters the rectangle below the top of the quantisation range.
-bool may_meet_wall(vec3 ray) { return EDGE == 2 && enters_below(u_low_m + u_span_m, ray, entry_depth(ray)); }
 
 vec3 wall_normal(vec2 place) {
     vec2 last = vec2(u_last_post), off = min(place, last - place);

@@ -3,8 +3,7 @@
 //   Projected along the view ray onto the plane of the ground, it is a parallelogram with sides u and v on the map.
 //   The box around its ellipse has the half sides √(u² + v²)/2, in columns and rows.
 //   The plane has the slope of a wider neighbourhood, so the footprint depends on the map and the camera,
-//   and not on the mesh. A diagonal footprint is cut along its length e into pieces: their boxes have less area than
-//   one box around all of them.
+//   and not on the mesh.
 //   Samples see small bumps, so the places that they see jump when the eye moves.
 //   To avoid this, places are moved along their rays to the mean ground. For the centre, this is the plane of the
 //   whole footprint; for each sample, it is the plane of its part of the footprint.
@@ -20,9 +19,6 @@ struct Ground {
     vec2 post;
     vec2 extent;      // sides of the footprint in posts, columns and rows
     vec2 u, v;        // a pixel to the right and up, in posts
-    vec2 along;       // the longer half axis e of the footprint, in posts
-    int pieces;       // number of pieces, and the sides of each
-    vec2 piece;
     int samples;      // the samples, as bits, that see this ground; each sees a part of the footprint
     Relief fine;      // mean height and slope of the footprint
     vec3 from_eye_m;
@@ -30,8 +26,7 @@ struct Ground {
     float distance_m;
 };
 
-#define GRAZING 0.1    // below this cosine, footprints do not grow further
-#define MOST_PIECES 4
+#define GRAZING 0.1  // below this cosine, footprints do not grow further
 
 // From this width in posts on, a footprint is shaded by means over the map: of sunlight, and of the ground's lobes.
 #ifndef LOBES_FROM
@@ -68,19 +63,6 @@ vec2 slide_to_ground(vec3 side_m, vec3 ray, vec3 normal) {
     return (side_m - ray * (dot(side_m, normal) / slant)).xy / u_spacing_m;
 }
 
-// e: the longer axis of the ellipse of covariance u uᵀ + v vᵀ.
-void cut(inout Ground g, vec2 u, vec2 v) {
-    float a = u.x * u.x + v.x * v.x, d = u.y * u.y + v.y * v.y, b = u.x * u.y + v.x * v.y;
-    float mean = 0.5 * (a + d), apart = sqrt(0.25 * (a - d) * (a - d) + b * b);
-    float wide = sqrt(max(mean - apart, 1e-12)), length_ = min(sqrt(mean + apart), LARGEST_BOX_POSTS);
-    vec2 e = abs(b) > 1e-6 * mean ? normalize(vec2(b, mean + apart - a)) : (a > d ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
-    g.along = e * length_;
-    float askew = min(abs(g.along.x), abs(g.along.y)) / wide;  // a measure of how diagonal the footprint is
-    g.pieces = int(clamp(askew + 0.5, 1.0, float(MOST_PIECES)));
-    vec2 less = g.along * g.along * (1.0 - 1.0 / float(g.pieces * g.pieces));
-    g.piece = clamp(sqrt(max(vec2(a, d) - less, wide * wide)), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
-}
-
 // The footprint of a pixel that sees this place.
 Ground footprint_at(vec2 post) {
     Ground g;
@@ -88,11 +70,10 @@ Ground footprint_at(vec2 post) {
     vec3 place_m = place_from_eye_m(post, height_m(ivec2(post)));
     float pixel_m = max(dot(place_m, u_forward.xyz), near_m()) * 2.0 * u_half_extent.y / float(u_size_px.y);
     vec2 around = max(vec2(4.0), 3.0 * pixel_m / u_spacing_m);
-    vec3 ray = normalize(place_m), normal = seen_normal(rough_slope(post, around), place_m);
+    vec3 ray = normalize(place_m), normal = seen_normal(rough_relief(post, around).slope, place_m);
     g.u = slide_to_ground(u_right.xyz * pixel_m, ray, normal);
     g.v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
     g.extent = clamp(sqrt(g.u * g.u + g.v * g.v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
-    cut(g, g.u, g.v);
     return g;
 }
 
@@ -120,10 +101,7 @@ Ground ground_under(Ground g, vec2 post, vec3 ray) {
 // The part of the footprint that one sample sees, on a plane with the slope of the whole footprint.
 vec2 part_on_plane(Ground g, vec2 post, vec3 ray) {
     vec2 sides = min(PART * g.extent, LARGEST_BOX_POSTS);
-    ivec2 half_extent = ivec2(max(round(0.5 * sides), 1.0)), m = ivec2(post + 0.5);
-    ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, u_last_post + 1);
-    vec2 aside = post - 0.5 * vec2(a + c - 1);
-    float h_m = box_mean_m(a, c) + dot(g.fine.slope, vec2(aside.x, -aside.y) * u_spacing_m);
+    float h_m = rough_relief(post, sides).height_m;
     return clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));
 }
 

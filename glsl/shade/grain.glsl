@@ -18,24 +18,13 @@ struct Grain {
 
 const int BUMPS[5] = int[5](2, 5, 13, 34, 89);  // between two posts
 
-// Value noise of mean 0 around a place in a cell of the lattice, and its slope in cells.
-vec3 bump(ivec2 at, vec2 t) {
-    vec2 u = t * t * t * (t * (t * 6.0 - 15.0) + 10.0), du = 30.0 * t * t * (t * (t - 2.0) + 1.0);
-    float a = hashed(at);
-    float b = hashed(at + ivec2(1, 0));
-    float c = hashed(at + ivec2(0, 1));
-    float d = hashed(at + 1);
-    float twist = a - b - c + d;
-    return vec3(du * (vec2(b - a, c - a) + twist * u.yx), a + (b - a) * u.x + (c - a) * u.y + twist * u.x * u.y - 0.5);
-}
-
 Grain grain_of(vec2 post, vec2 extent, float strength) {
     Grain g = Grain(vec2(0.0), 0.0);
     if (GRAIN == 0 || strength <= 0.0) return g;
     ivec2 at = ivec2(floor(post));
     for (int k = 0; k < 5; k++) {
-        vec2 wide = extent * float(BUMPS[k]), p = fract(post) * float(BUMPS[k]);
-        float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // the same as in noise() of shade/cover.glsl
+        vec2 p = fract(post) * float(BUMPS[k]);
+        float seen = seen_noise(extent * float(BUMPS[k]));
         if (seen <= 0.0) break;
         vec3 b = bump(at * BUMPS[k] + ivec2(floor(p)) + 7919 * k, fract(p))
             * (seen * strength * (1.0 - 0.12 * float(k)));

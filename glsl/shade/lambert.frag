@@ -8,8 +8,6 @@ uniform vec3 u_sun;
 
 vec3 ground_colour(Ground g, int sample_) { return vec3(0.10 + 0.60 * max(dot(normal_of(g.fine.slope), u_sun), 0.0)); }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.35, 0.50, 0.75); }
-
-vec4 colour_of_pixel() { return vec4(srgb_encoded(pixel_colour()), 1.0); }
-
+#define SKY_COLOUR vec3(0.35, 0.50, 0.75)
+#define SHOWN srgb_encoded
 #include "shade/pixel.glsl"

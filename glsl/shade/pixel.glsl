@@ -1,10 +1,19 @@
-// shade/pixel.glsl — main() of a style, for the pixel of a fragment, or (with LISTED) for a pixel of the list.
+// shade/pixel.glsl — the end of every style: main() for the pixel of a fragment, or (with LISTED) of the list.
 //   Pixels with edges are few and scattered. From a list they fill whole groups of threads,
 //   so no other pixel waits for them.
-// The including file defines colour_of_pixel().
+// The including file defines ground_colour(); also either sky_colour() and colour_of_pixel(), or the macro SKY_COLOUR.
+// It may define SHOWN, a function from the mean colour of the samples to the colour on the screen.
+
+#ifdef SKY_COLOUR
+#ifndef SHOWN
+#define SHOWN
+#endif
+vec3 sky_colour(vec3 direction) { return SKY_COLOUR; }
+
+vec4 colour_of_pixel() { return vec4(SHOWN(pixel_colour()), 1.0); }
+#endif
 
 #ifdef LISTED
-
 layout(local_size_x = 64) in;
 layout(rgba8, binding = 2) writeonly uniform image2D u_picture;
 
@@ -16,14 +25,11 @@ void main() {
     find_hidden();
     imageStore(u_picture, at, colour_of_pixel());
 }
-
 #else
-
 out vec4 out_colour;
 
 void main() {
     find_hidden();
     out_colour = colour_of_pixel();
 }
-
 #endif

@@ -15,14 +15,19 @@
 //   In between, the two are blended.
 //   Functions that end in _on are for the lattice of one level: places, extents and slopes are in its steps.
 //   A map in memory has only level 0. In a store, the loaded pages decide which level is used (pages/relief.glsl).
-// Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
+// Provides Relief, relief_of(), rough_relief().   Python twin: reference.relief
 
-#include "shade/steps.glsl"
 #include "shade/posts.glsl"
 #include "shade/kind.glsl"
 
 #define LARGEST_BOX_POSTS 250.0  // sums of 65,536 texels are exact; this leaves room for the rims
 #define FINEST_BOX_POSTS 1.5     // boxes up to this size use the spline alone
+
+// The unit of the summed heights: the map's span has 65,535 steps. The rounding error of a mean over a box is at most
+// half a step, and much less if the terrain crosses many steps.
+float step_m() { return u_span_m / 65535.0; }
+
+float m_from_steps(float steps) { return u_low_m + steps * step_m(); }
 
 struct Relief {
     float height_m;
@@ -66,10 +71,6 @@ float stairs_mean(vec3 x) {
     return floor(x.x) + (sums.z - sums.x) / (x.z - x.x);
 }
 
-vec2 ramp_rise(vec3 xs, vec3 ys) { return vec2(stairs_rise(xs), stairs_rise(ys)); }
-
-vec2 ramp_mean(vec3 xs, vec3 ys) { return vec2(stairs_mean(xs), stairs_mean(ys)); }
-
 Relief relief_of_sums(int level, vec2 post, vec2 extent) {
     ivec2 end = last_of(level) + 1;
     vec2 half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
@@ -90,8 +91,8 @@ Relief relief_of_sums(int level, vec2 post, vec2 extent) {
     float total = all_rows.z - all_rows.x, west = all_rows.y - all_rows.x, north = north_rows.z - north_rows.x;
     vec2 size = c - a;
     float area = size.x * size.y;
-    vec2 rise = vec2(total - 2.0 * west, total - 2.0 * north) / (0.5 * area) / ramp_rise(xs, ys);
-    vec2 aside = post - ramp_mean(xs, ys);
+    vec2 rise = vec2(total - 2.0 * west, total - 2.0 * north) / (0.5 * area) / vec2(stairs_rise(xs), stairs_rise(ys));
+    vec2 aside = post - vec2(stairs_mean(xs), stairs_mean(ys));
     return Relief(m_from_steps(total / area + dot(rise, aside)), rise * step_m() / vec2(u_spacing_m.x, -u_spacing_m.y));
 }
 
@@ -129,22 +130,6 @@ Relief relief_of_spline(int level, vec2 post) {
     return Relief(dot(rows, wy), vec2(dot(dx * h, wy), -dot(rows, dy)) / u_spacing_m);
 }
 
-// Weights of four posts in a row; a cell's slope uses three of them, from the first or the second on.
-vec4 one_of_two(vec3 weights, bool second) { return second ? vec4(0.0, weights) : vec4(weights, 0.0); }
-
-// Slopes of cells, bilinear between their centres: the finest slopes, for averages over several places.
-vec2 slope_of_cells_on(int level, vec2 post) {
-    vec2 p = clamp(post - 0.5, vec2(0.0), vec2(last_of(level) - 1)), t = fract(p);
-    ivec2 first = ivec2(floor(post)) - 1;
-    bvec2 second = greaterThan(ivec2(p), first);
-    mat4 h = heights_from(level, first);
-    vec4 across = one_of_two(0.5 * vec3(1.0 - t.x, 1.0, t.x), second.x);
-    vec4 down = one_of_two(0.5 * vec3(1.0 - t.y, 1.0, t.y), second.y);
-    vec4 east = one_of_two(vec3(t.x - 1.0, 1.0 - 2.0 * t.x, t.x), second.x);
-    vec4 south = one_of_two(vec3(t.y - 1.0, 1.0 - 2.0 * t.y, t.y), second.y);
-    return vec2(dot(east * h, down), -dot(across * h, south)) / u_spacing_m;
-}
-
 Relief relief_on(int level, vec2 post, vec2 extent) {
     if (!MAY_BE_FAR) return relief_of_spline(level, post);
     float blend = smoothstep(FINEST_BOX_POSTS, 3.0, max(extent.x, extent.y));
@@ -160,14 +145,6 @@ uint box_sum_in(Part part, ivec2 a, ivec2 b) {
 }
 
 float mean_m(uint sum, ivec2 a, ivec2 b) { return m_from_steps(float(sum) / (float(b.x - a.x) * float(b.y - a.y))); }
-
-float box_mean_on(int level, ivec2 a, ivec2 b) {
-    uint sum = 0u;
-    Part part = first_part(level, a, b);
-    do sum += box_sum_in(part, a, b);
-    while (next_part(part));
-    return mean_m(sum, a, b);
-}
 
 // The relief over a box of whole posts, where the result need not be smooth.
 Relief rough_relief_on(int level, vec2 post, vec2 extent) {
@@ -194,9 +171,5 @@ Relief rough_relief_on(int level, vec2 post, vec2 extent) {
 #ifndef PAGED  // else pages/relief.glsl has these
 Relief relief_of(vec2 post, vec2 extent) { return relief_on(0, post, extent); }
 
-vec2 slope_of_cells(vec2 post) { return slope_of_cells_on(0, post); }
-
-vec2 rough_slope(vec2 post, vec2 extent) { return rough_relief_on(0, post, extent).slope; }
-
-float box_mean_m(ivec2 a, ivec2 b) { return box_mean_on(0, a, b); }
+Relief rough_relief(vec2 post, vec2 extent) { return rough_relief_on(0, post, extent); }
 #endif

@@ -37,12 +37,9 @@ vec2 offset_of(int samples) {
     return offset / float(bitCount(samples));
 }
 
-// The ray through the centre of these samples.
-vec3 ray_of(int samples) { return view_ray(offset_of(samples)); }
-
 // The ground that a group of samples sees; its footprint is around their centre.
 Ground ground_of(int samples) {
-    Ground g = ground_under(footprint_at(middle_of(samples)), middle_of(samples), ray_of(samples));
+    Ground g = ground_under(footprint_at(middle_of(samples)), middle_of(samples), view_ray(offset_of(samples)));
     g.samples = samples;
     return g;
 }

@@ -49,17 +49,11 @@ vec3 view_ray(vec2 offset_px) { return normalize(ray_at(offset_px)); }
 
 int g_hidden = 0;  // samples, as bits, that see a wall of the map's block, and not the land behind it
 
-// Sets g_hidden. Call it before post_of_sample(). Only rays that may meet a wall look up the rim.
+// Sets g_hidden. Call it before post_of_sample().
 void find_hidden() {
 #if EDGE == 2 && PIXELS != NEAR
     vec2 place;
-    int left = 0;
-    for (int i = 0; i < SAMPLES; i++) left |= int(may_meet_wall(ray_at(offset_of_sample(i)))) << i;
-    do {
-        int i = max(findLSB(left), 0);
-        g_hidden |= int(wall_depth(ray_at(offset_of_sample(i)), place) > 0.0) << i;
-        left &= left - 1;
-    } while (left != 0);
+    for (int i = 0; i < SAMPLES; i++) g_hidden |= int(wall_depth(ray_at(offset_of_sample(i)), place) > 0.0) << i;
 #endif
 }
 

@@ -10,8 +10,5 @@ vec3 ground_colour(Ground g, int sample_) {
     return tint * (0.40 + 0.75 * clay(g)) * (1.0 - 0.65 * d.border);
 }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.93); }
-
-vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
-
+#define SKY_COLOUR vec3(0.93)
 #include "shade/pixel.glsl"

@@ -11,7 +11,7 @@
 
 vec3 ground_colour(Ground g, int sample_) {
     Lit l = lit_ground(g);
-    vec3 light = outgoing_light(g, l);
+    vec3 light = outgoing_light(g.towards_eye, l);
     float distance_m = g.distance_m;
     if (WATER_LEVEL == 1 && is_under_water(g)) light = water_light(g, l, light, distance_m);
     return land_colour(g, light, distance_m);

@@ -10,8 +10,6 @@ vec3 ground_colour(Ground g, int sample_) {
     return vec3(vec2(0.85 * sun), l.sky);
 }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.0); }
-
-vec4 colour_of_pixel() { return vec4(srgb_encoded(pixel_colour()), 1.0); }
-
+#define SKY_COLOUR vec3(0.0)
+#define SHOWN srgb_encoded
 #include "shade/pixel.glsl"

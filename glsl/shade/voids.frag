@@ -9,8 +9,5 @@ vec3 ground_colour(Ground g, int sample_) {
     return mix(vec3(0.85), vec3(1.0, 0.45, 0.05), filled) * clay(g);
 }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.93); }
-
-vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
-
+#define SKY_COLOUR vec3(0.93)
 #include "shade/pixel.glsl"

@@ -8,8 +8,5 @@ vec3 ground_colour(Ground g, int sample_) {
     return mix(paper, vec3(0.05, 0.12, 0.25), 0.85 * d.edge);
 }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.97); }
-
-vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
-
+#define SKY_COLOUR vec3(0.97)
 #include "shade/pixel.glsl"

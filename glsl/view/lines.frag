@@ -9,8 +9,10 @@ noperspective in float v_depth;
 #endif
 #if SAMPLES > 1
 layout(binding = 2) uniform sampler2DMS u_depth;
+#define SIZE textureSize(u_depth)
 #else
 layout(binding = 2) uniform sampler2D u_depth;
+#define SIZE textureSize(u_depth, 0)
 #endif
 
 uniform vec2 u_window_px;
@@ -19,12 +21,8 @@ uniform float u_width_px;
 out vec4 out_color;
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy / u_window_px * vec2(textureSize(u_depth
-#if SAMPLES == 1
-                                                                      , 0
-#endif
-                                                                      )));
-    float land = texelFetch(u_depth, at, 0).x;  // reversed: nearer is larger
+    // reversed: nearer is larger
+    float land = texelFetch(u_depth, ivec2(gl_FragCoord.xy / u_window_px * vec2(SIZE)), 0).x;
     float seen = v_depth >= land * 0.985 ? 1.0 : 0.25;
     float sharp = clamp((1.0 - abs(v_across)) * 0.5 * (u_width_px + 1.0), 0.0, 1.0);
     out_color = vec4(v_color.rgb, v_color.a * sharp * seen);

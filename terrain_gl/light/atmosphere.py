@@ -34,12 +34,7 @@ def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
 def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE_KM, steps: int = 40) -> np.ndarray:
     """Radiance (n, 3) of the clear sky without the sun's disc, for sunlight of irradiance 1 above the atmosphere.
 
-    Parameters
-    ----------
-    directions
-        (n, 3) unit vectors. A ray that meets the ground ends there, and sees the light that the ground reflects.
-    sun
-        (3,) unit vector.
+    A ray that meets the ground ends there, and sees the light that the ground reflects.
     """
     # in parts, whose arrays fit into the processor's cache
     parts = np.array_split(directions, -(-len(directions) // _RAYS_AT_ONCE))

@@ -41,12 +41,17 @@ LIGHTS = np.dtype(
 SUN_RADIUS_DEG = 0.2665  # of the sun's disc
 
 
+def directions_of(azimuth: np.ndarray, elevation: np.ndarray) -> np.ndarray:
+    """Unit vectors (..., 3), east, north, up; angles in radians, azimuths clockwise from north."""
+    flat = np.cos(elevation)
+    parts = flat * np.sin(azimuth), flat * np.cos(azimuth), np.sin(elevation)
+    return np.stack(np.broadcast_arrays(*parts), -1)
+
+
 def _ring(count: int, elevation_deg: float, turn: float = 0.0) -> np.ndarray:
     """(count, 3) unit vectors, evenly spread at one elevation."""
     azimuth = (np.arange(count) + turn) * (2 * np.pi / count)
-    elevation = np.full(count, math.radians(elevation_deg))
-    flat = np.cos(elevation)
-    return np.stack([flat * np.sin(azimuth), flat * np.cos(azimuth), np.sin(elevation)], -1)
+    return directions_of(azimuth, np.full(count, math.radians(elevation_deg)))
 
 
 # Lobes are narrow near the horizon, where skies change fast. Fitted to clear skies, their light on ground of any
@@ -102,17 +107,10 @@ def sun_sharpness(radius_deg: float = SUN_RADIUS_DEG) -> float:
 
 @dataclass(frozen=True)
 class Lights:
-    """All light on a map.
+    """All light on a map: records `LOBE` of the sun and of the nine lobes of the sky, and the radiance `around`.
 
-    Attributes
-    ----------
-    sun
-        A `LOBE`. Its amplitude fades while the disc sinks below the level horizon. It is 0 after sunset: only the sky
-        gives light then.
-    sky
-        (9,) `LOBE`, with the axes and sharpness of `SKY_AXES` and `SKY_SHARPNESS`.
-    around
-        (3,) radiance of the surrounding land, the same from all directions below the horizon.
+    The sun's amplitude fades while the disc sinks below the level horizon. It is 0 after sunset: only the sky gives
+    light then. `around` is the radiance (3,) of the surrounding land, the same from all directions below the horizon.
     """
 
     sun: np.ndarray

@@ -1,7 +1,7 @@
 """The summed-area table of heights that shading reads, and the direction of the sun."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import moderngl
 
@@ -13,8 +13,7 @@ from ..terrain import Terrain, steps_per_m
 from .recorded import RecordedTable
 
 
-@dataclass(frozen=True)
-class SumsTable:
+class SumsTable(NamedTuple):
     """A summed-area table of heights: of a map in memory, or of one tile of a store.
 
     Attributes
@@ -24,7 +23,7 @@ class SumsTable:
     size
         Columns and rows.
     width
-        Words from one row to the next; 0: as many as it has columns.
+        Words from one row to the next.
     corner, level
         Column and row of the map's post of its first entry. The next entries are 2^level posts apart.
     """
@@ -32,12 +31,9 @@ class SumsTable:
     buffer: moderngl.Buffer
     first: int
     size: tuple[int, int]
-    width: int = 0
+    width: int
     corner: tuple[int, int] = (0, 0)
     level: int = 0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "width", self.width or self.size[0])
 
 
 class HeightSums(RecordedTable):
@@ -60,7 +56,7 @@ class HeightSums(RecordedTable):
     def table_over(self, col: int, row: int) -> SumsTable:
         """The table that holds the sums over a post: one table holds those of the whole map."""
         heightmap = self.terrain.heightmap
-        return SumsTable(self.buffer, 0, (heightmap.cols, heightmap.rows))
+        return SumsTable(self.buffer, 0, (heightmap.cols, heightmap.rows), heightmap.cols)
 
     def _feed(self, buffer: moderngl.Buffer) -> None:
         self.terrain.bind()

@@ -15,7 +15,7 @@ import moderngl
 import numpy as np
 
 from ..basics.rect import Rect
-from ..basics.steps import Progress, Steps, drain
+from ..basics.steps import Steps, drain
 from ..camera import Vector
 from ..gpu import bindings, gl, shaders
 from ..gpu.bindings import bind
@@ -24,15 +24,15 @@ from ..heightmap import Heightmap
 from ..sat import SummedAreaTables, Table
 from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
-from .moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
+from .moments import COSINES, SINES, Direction, open_shares, sector_moments
+from .recorded import RecordedTable
 
 AZIMUTHS = 16  # azimuths of the sky's horizons
-BATCH = 4  # azimuths in one run of fold.comp on large maps; small maps take all azimuths in one run
-BATCH_BYTES = 2**26  # the most memory of horizons for one run of all azimuths
+BATCH = 4  # azimuths in one run of fold.comp
 TEXEL = 2  # the sky is swept over every second post, so a texel has 2 × 2 cells of the map
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 16  # texels that one step folds
-SUN_LAYERS = 5  # glsl/horizon/blocks.glsl
+SUN_LAYERS = 5  # glsl/horizon/disc.glsl
 SUN_STEPS = 8191  # the integer for a value of 1 in the table of sunlight
 FULL = 4095  # the integer for a share of 1; the sum of 2^20 texels fits into a word
 SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
@@ -112,13 +112,7 @@ class Sweep:
 
 
 class SkyVisibility:
-    """Tables of the visible share of each sky lobe. They depend on the map alone.
-
-    Parameters
-    ----------
-    axes, sharpness
-        (K, 3) unit vectors and (K,) of the lobes, exp(sharpness (axis · ω − 1)).
-    """
+    """Tables of the visible share of each sky lobe; `axes` are (K, 3). They depend on the map alone."""
 
     def __init__(self, terrain: Terrain, axes: np.ndarray, sharpness: np.ndarray, printed: int = 0) -> None:
         self.ctx = terrain.ctx
@@ -127,11 +121,9 @@ class SkyVisibility:
         self.sharpness = np.asarray(sharpness, "f8")
         self.table = sky_table(terrain.heightmap.cols, terrain.heightmap.rows, len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
-        is_small = 2 * AZIMUTHS * self.table.width * self.table.height <= BATCH_BYTES
-        self._batch = AZIMUTHS if is_small else BATCH
-        self._printed = printed
-        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": self._batch, "TEXEL": 1}
+        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": 1}
         self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
+        self._printed = printed
         self._sweep = Sweep(self.ctx)
         self._sat = SummedAreaTables(self.ctx, 32)
         self._pack = shaders.compute(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
@@ -144,52 +136,44 @@ class SkyVisibility:
         """GPU memory of the sums, and of the shares themselves."""
         return self.buffer.size + 16 * self.packed.width * self.packed.height
 
-    def build(self, progress: Progress | None = None) -> None:
-        """Sweep, fold and sum; `progress` is called with the progress, 0 to 1."""
-        for share in self.build_steps(self.terrain.heightmap.rows * self.terrain.heightmap.cols):
-            if progress:
-                self.ctx.finish()
-                progress(share)
+    def build(self) -> None:
+        """Sweep, fold and sum."""
+        drain(self.build_steps(self.terrain.heightmap.rows * self.terrain.heightmap.cols))
 
     def build_steps(self, posts: int = PORTION) -> Steps[None]:
         """Incremental `build`, about `posts` posts a step; yields progress from 0 to 1.
 
         The old tables stay in use until the last step.
         """
-        size = self._batch
-        at_once = max(1, FOLDED * BATCH * posts // PORTION // self.table.width // size)
+        at_once = max(1, FOLDED * posts // PORTION // self.table.width)
         fresh = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky")
         packed = self._texture()
-        moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
-        if "u_above" in self._fold:
-            self._fold["u_above"] = moments[:, SINES // 2, :, 3].sum(0).tolist()
-        texels = moment_texels(moments, self._printed)
-        moment_table = self.ctx.texture(texels.shape[1::-1], 4, texels.tobytes(), dtype="f4")
-        moment_table.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        moment_table.repeat_x = moment_table.repeat_y = False
-        open_table = self.ctx.buffer(open_shares(self.sharpness).astype("f4").tobytes())
-        tables: dict[str, bindings.Resource] = {"Shares": fresh, "u_moments": moment_table, "Open": open_table}
+        spacing_m = self.terrain.heightmap.spacing_m
+        tables = fold_tables(self.ctx, self.axes, self.sharpness, self.directions, spacing_m, self._printed)
         thin = thinned(self.terrain)
-        horizons = horizon_texture(thin, size)
+        horizons = horizon_texture(thin, BATCH)
         try:
-            for batch in range(AZIMUTHS // size):
-                directions = self.directions[batch * size : (batch + 1) * size]
+            for batch in range(AZIMUTHS // BATCH):
+                directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
                 for layer, towards in enumerate(directions):
                     for share in self._sweep.run_steps(thin, towards, horizons, layer, posts):
-                        yield (batch + 0.5 * (layer + share) / size) * size / AZIMUTHS
+                        yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
                 for row in range(0, self.table.height, at_once):
                     count = min(at_once, self.table.height - row)
                     thin.bind()
-                    self._fold_batch(batch, row, count, directions, horizons, tables)
-                    yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * size / AZIMUTHS
-            self._pack_shares(fresh, packed)
+                    self._fold_batch(batch, row, count, directions, u_horizons=horizons, Shares=fresh, **tables)
+                    yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
+            bind("horizon/pack.comp", Shares=fresh, u_packed=packed)
+            gl.write_uniforms(self._pack, texels=self.table[:2], corner=(0, 0))
+            self._pack.run(-(-packed.width // 64), packed.height)
+            self.ctx.memory_barrier(_BARRIER)
             for _ in self._sat.build_steps(fresh, self.table):
                 yield 0.998
             self.buffer, fresh = fresh, self.buffer
             self.packed, packed = packed, self.packed
         finally:
             self._sweep.rest()
-            scratch: list[Resource] = [thin, horizons, fresh, packed, moment_table, open_table]
+            scratch: list[Resource] = [thin, horizons, fresh, packed, *tables.values()]
             for resource in scratch:
                 resource.release()
         yield 1.0
@@ -208,114 +192,70 @@ class SkyVisibility:
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
-    def _pack_shares(self, shares: moderngl.Buffer, packed: moderngl.Texture) -> None:
-        bind("horizon/pack.comp", Shares=shares, u_packed=packed)
-        self._pack.run(-(-packed.width // 64), packed.height)
-        self.ctx.memory_barrier(_BARRIER)
-
-    def _fold_batch(
-        self,
-        batch: int,
-        row: int,
-        count: int,
-        directions: list[Direction],
-        horizons: moderngl.TextureArray,
-        tables: dict[str, bindings.Resource],
-    ) -> None:
-        bind("horizon/fold.comp", u_horizons=horizons, **tables)
+    def _fold_batch(self, batch: int, row: int, count: int, directions: list[Direction], **resources: Any) -> None:
+        bind("horizon/fold.comp", **resources)
         if isinstance(axes := self._fold.get("u_axes", None), moderngl.Uniform):
             axes.write(self.axes.astype("f4").tobytes())
-        self._fold["u_texels"] = self.table[:2]
-        self._fold["u_first_row"] = row
-        self._fold["u_directions"] = directions
-        self._fold["u_batch"] = batch
-        self._fold["u_is_last"] = batch == AZIMUTHS // self._batch - 1
+        gl.write_uniforms(self._fold, texels=self.table[:2], first_row=row, directions=directions)
+        gl.write_uniforms(self._fold, batch=batch, is_last=batch == AZIMUTHS // BATCH - 1)
         self._fold.run(-(-self.table.width // 64), count)
         self.ctx.memory_barrier(_BARRIER)
 
 
-class SunVisibility:
+class SunVisibility(RecordedTable):
     """The sun's horizon at every post, and the table of the sunlight that reaches the cells."""
 
     def __init__(self, terrain: Terrain, printed: int = 0) -> None:
-        self.ctx = terrain.ctx
+        size = sun_table(terrain.heightmap.cols, terrain.heightmap.rows)
+        super().__init__(terrain.ctx, size, "horizon/sunlit.comp", "a table of sunlight", {"PRINTED": printed})
         self.terrain = terrain
-        self.table = sun_table(terrain.heightmap.cols, terrain.heightmap.rows)
         self.horizon = horizon_texture(terrain, 1)
-        self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
-        self.texture = gl.WordTexture(self.ctx)
-        self._sweep = Sweep(self.ctx)
-        self._sat = SummedAreaTables(self.ctx, 32)
-        self._sunlit = shaders.compute(self.ctx, "horizon/sunlit.comp", {"PRINTED": printed})
         self.towards: Direction = (1.0, 0.0)
+        self._sweep = Sweep(self.ctx)
 
-    def build(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
+    def follow(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
         """Build for a sun in a direction (unit vector east, north, up), with an angular radius in radians."""
-        drain(self.build_steps(sun, radius, self.terrain.heightmap.rows * self.terrain.heightmap.cols))
+        drain(self.follow_steps(sun, radius, self.terrain.heightmap.rows * self.terrain.heightmap.cols))
 
-    def build_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Steps[None]:
-        """Incremental `build`, about `posts` posts a step; yields progress. The old table is used until the end."""
+    def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Steps[None]:
+        """Incremental `follow`, about `posts` posts a step; yields progress. The old table is used until the end."""
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
         horizon = horizon_texture(self.terrain, 1)
-        buffer = self.ctx.buffer(reserve=self.buffer.size)
-        step = max(1, posts // (2 * self.terrain.heightmap.cols))
         try:
             for share in self._sweep.run_steps(self.terrain, towards, horizon, 0, posts):
                 yield 0.6 * share
-            for row in range(0, self.table.height, step):
-                count = min(step, self.table.height - row)
-                self._record(horizon, buffer, row, count, towards, sun, radius)
-                yield 0.6 + 0.2 * (row + count) / self.table.height
-            for share in self._sat.build_steps(buffer, self.table):
-                yield 0.8 + 0.2 * share
+            self._wanted = horizon, towards, sun, radius
+            for share in self.build_steps():
+                yield 0.6 + 0.4 * share
             self.towards = towards
             self.horizon, horizon = horizon, self.horizon
-            self.buffer, buffer = buffer, self.buffer
         finally:
             self._sweep.rest()
             horizon.release()
-            buffer.release()
 
-    def _record(
-        self,
-        horizon: moderngl.TextureArray,
-        buffer: moderngl.Buffer,
-        row: int,
-        count: int,
-        towards: Direction,
-        sun: Vector,
-        radius: float,
-    ) -> None:
-        """Write the sunlight of `count` rows of texels from `row` on."""
+    def _feed(self, buffer: moderngl.Buffer) -> None:
+        horizon, towards, sun, radius = self._wanted
         self.terrain.bind()
         bind("horizon/sunlit.comp", u_horizons=horizon, Sunlit=buffer)
-        gl.write_uniforms(self._sunlit, **sun_uniforms(sun, radius), towards=towards, sun=sun, first_row=row)
-        self._sunlit.run(-(-self.table.width // 64), count)
-        self.ctx.memory_barrier(_BARRIER)
+        gl.write_uniforms(self._record, **sun_uniforms(sun, radius), towards=towards, sun=sun)
 
     def read(self) -> np.ndarray:
         """(5, rows, cols) means over texels of 2 × 2 cells, recovered from the sums: see glsl/horizon/sunlit.comp."""
-        return self._sat.values(self.buffer, self.table).view("i4") / SUN_STEPS
+        return self.values().view("i4") / SUN_STEPS
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self.horizon, self.buffer, self.texture, self._sweep, self._sat, self._sunlit):
-            resource.release()
+        super().release()
+        self.horizon.release()
+        self._sweep.release()
 
 
 class Visibility:
     """Shadows for shading: tables over the map for the sky's lobes and for the sun, built when first used.
 
     An edit changes the horizons of all places that see the edited ground. So after an edit, whole tables are built
-    again when they are next used.
-
-    Parameters
-    ----------
-    lobe_axes, lobe_sharpness
-        (K, 3) unit vectors and (K,) of the sky's lobes, exp(sharpness (axis · ω − 1)).
-    printed
-        For comparison: 0 and 1 for our visibility, 2 and 3 for that of the supplement, equation A.5
-        (benchmarks/glsl/prefilter/printed.frag).
+    again when they are next used. For comparison only, `printed` 1 and 2 mean the supplement's visibility, equation A.5
+    (benchmarks/glsl/prefilter/printed.frag).
     """
 
     def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray, printed: int = 0) -> None:
@@ -328,26 +268,23 @@ class Visibility:
     @property
     def bytes(self) -> int:
         """GPU memory of the tables."""
-        return self.sky.bytes + self.sun.buffer.size + 2 * self.sun.horizon.width * self.sun.horizon.height
+        return self.sky.bytes + self.sun.bytes + 2 * self.sun.horizon.width * self.sun.horizon.height
 
     @property
     def defines(self) -> dict[str, object]:
         """Macros for shaders that include horizon/visible.glsl."""
         return {"LOBES": len(self.sky.axes), "TEXEL": TEXEL, "FULL": f"{FULL}.0"}
 
-    def follow(self, sun: Vector, radius: float = SUN_RADIUS, progress: Progress | None = None) -> None:
+    def follow(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
         """Build missing tables for a sun, given as a unit vector and the disc's angular radius in radians."""
         heightmap = self.sky.terrain.heightmap
-        for share in self.follow_steps(sun, radius, heightmap.rows * heightmap.cols):
-            if progress:
-                self.sky.ctx.finish()
-                progress(share)
+        drain(self.follow_steps(sun, radius, heightmap.rows * heightmap.cols))
 
     def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Steps[None]:
         """Incremental `follow`, about `posts` posts a step; yields progress 0 to 1, or nothing if none is missing."""
         edits = self._edits
         if self._at is None or self._at != (sun, radius) or self._sun_of != edits:
-            for share in self.sun.build_steps(sun, radius, posts):
+            for share in self.sun.follow_steps(sun, radius, posts):
                 yield 0.1 * share
             self._at = (sun, radius)
             self._sun_of = edits
@@ -379,7 +316,7 @@ class Visibility:
         bind(
             "horizon/visible.glsl", Shares=sky.buffer, Sunlit=sun.buffer, u_packed=sky.packed, u_sun_horizon=sun.horizon
         )
-        bind("horizon/visible.glsl", u_shares=sky.texture.of(sky.buffer), u_sunlit=sun.texture.of(sun.buffer))
+        bind("horizon/visible.glsl", u_shares=sky.texture.of(sky.buffer), u_sunlit=sun.texture)
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -393,6 +330,24 @@ def thinned(terrain: Terrain) -> Terrain:
     east, north = terrain.heightmap.spacing_m
     heights = np.ascontiguousarray(terrain.filled[np.ix_(rows, cols)])
     return Terrain(terrain.ctx, Heightmap(heights, (TEXEL * east, TEXEL * north)))
+
+
+def fold_tables(
+    ctx: moderngl.Context,
+    axes: np.ndarray,
+    sharpness: np.ndarray,
+    directions: list[Direction],
+    spacing_m: tuple[float, float],
+    printed: int = 0,
+) -> dict[str, bindings.Resource]:
+    """The tables that fold.comp reads besides horizons, by name in the shader."""
+    moments = sector_moments(axes, sharpness, directions, spacing_m)
+    azimuths, sines, lobes, _ = moments.shape
+    texture = ctx.texture((lobes, azimuths * sines), 4, moments.astype("f4").tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    above = moments[:, SINES // 2, :, 3].sum(0)  # share of each lobe above the horizontal
+    opened = np.repeat(above[:, None], COSINES + 1, 1) if printed else open_shares(sharpness)
+    return {"u_moments": texture, "Open": ctx.buffer(opened.astype("f4").tobytes())}
 
 
 def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:

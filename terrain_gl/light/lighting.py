@@ -69,12 +69,7 @@ def check_room(ctx: moderngl.Context, heightmap: Heightmap) -> None:
 class Lighting:
     """Everything that shades a map, except its heights and their sums.
 
-    Parameters
-    ----------
-    terrain, sums
-        The map, and the sums of its heights.
-    printed
-        For comparison: 0 our light, 1 to 3 steps towards the supplement's (benchmarks/glsl/prefilter/printed.frag).
+    For comparison only, `printed` 1 and 2 are steps towards the supplement's light (benchmarks/glsl/prefilter).
     """
 
     has_lobes = True  # whether there are tables of the ground's lobes
@@ -94,7 +89,6 @@ class Lighting:
         self.lobes: LobeTables | None = None
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
-        self._described: tuple[Sky | None, float, float] = (None, 0.0, 0.0)  # what the block of lights holds
         self._material: tuple[Version, str | Values] | None = None
         self._lobes_wanted = 1  # the version of the lobes that is needed; then the one that exists
         self._lobes_of = 0
@@ -200,8 +194,6 @@ class Lighting:
         assert self.sky
         haze_m = haze_m if self.has_air else NO_HAZE_M
         water_m = -1e30 if water_m is None else water_m - self.terrain.base_m
-        if self._described[0] is self.sky and self._described[1:] == (haze_m, water_m):
-            return
         lights = self.sky.lights
         block = np.zeros((), LIGHTS)
         block["sun"] = lights.sun
@@ -211,7 +203,6 @@ class Lighting:
         block["haze_m"] = haze_m
         block["water_m"] = water_m
         self.block.write(block.tobytes())
-        self._described = self.sky, haze_m, water_m
 
     @property
     def uniforms(self) -> dict[str, Any]:

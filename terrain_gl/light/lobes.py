@@ -19,7 +19,7 @@ from .ramps import Ramp, ramp_for
 from .recorded import RecordedTable
 
 LAYERS = 9
-HOLLOW = 8  # the cover of a cell depends on posts up to this far away: boxes in glsl/shade/cover.glsl are up to 13 wide
+REACH = 2  # the values of a cell depend on posts up to this far away: a spline takes 4 × 4 of them
 
 
 class Cover:
@@ -120,8 +120,8 @@ class LobeTables(RecordedTable):
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         last = self.table.width - 1, self.table.height - 1
-        x0, y0 = (max(0, (posts[i] - HOLLOW - 1) // 2) for i in (0, 1))
-        x1, y1 = (min(last[i], (posts[i + 2] + HOLLOW) // 2) for i in (0, 1))
+        x0, y0 = (max(0, (posts[i] - REACH - 1) // 2) for i in (0, 1))
+        x1, y1 = (min(last[i], (posts[i + 2] + REACH) // 2) for i in (0, 1))
         self._rewrite(x0, y0, x1 - x0 + 1, y1 - y0 + 1)
 
     def read(self) -> np.ndarray:

@@ -16,11 +16,8 @@ def sector_moments(
 ) -> np.ndarray:
     """Moments of the lobes in each sector of azimuths, over directions above a horizon: M of glsl/horizon/fold.comp.
 
-    Returns
-    -------
-    moments
-        (sectors, SINES + 1, K, 4): ∫ SG ω dω, then ∫ SG dω, over that part of the sector, each divided by the lobe's
-        whole integral. The second axis is the horizon's sine, from -1 to 1.
+    (sectors, SINES + 1, K, 4): ∫ SG ω dω, then ∫ SG dω, over that part of the sector, each divided by the lobe's whole
+    integral. The second axis is the horizon's sine, from -1 to 1.
     """
     azimuth = np.array([math.atan2(-y * spacing_m[1], x * spacing_m[0]) for x, y in directions])
     width = np.diff(np.append(azimuth, azimuth[0])) % (2 * np.pi)  # to the next sector's middle
@@ -38,18 +35,6 @@ def sector_moments(
     above = np.cumsum(moment[:, ::-1], 1)[:, ::-1]
     above = np.concatenate([above, np.zeros_like(above[:, :1])], 1)
     return above / above[:, 0, :, 3].sum(0)[:, None]
-
-
-def moment_texels(moments: np.ndarray, printed: int = 0) -> np.ndarray:
-    """Texels of moments, (rows, texels, 4) float32, a row for each azimuth and sine.
-
-    A row has x, y, z of all lobes; with `printed` ≥ 2, ∫ SG dω instead.
-    """
-    values = moments[..., 3:].repeat(3, -1) if printed >= 2 else moments[..., :3]
-    numbers = 3 * moments.shape[2]
-    texels = np.zeros((moments.shape[0] * moments.shape[1], -(-numbers // 4) * 4), "f4")
-    texels[:, :numbers] = values.reshape(len(texels), numbers)
-    return texels.reshape(len(texels), -1, 4)
 
 
 def open_shares(sharpness: np.ndarray) -> np.ndarray:

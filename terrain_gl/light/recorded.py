@@ -17,14 +17,7 @@ PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps`
 class RecordedTable(ABC):
     """A table of 32-bit words in its own buffer, and the kernel that writes the values to sum.
 
-    Parameters
-    ----------
-    record
-        Path of the compute shader that writes the values.
-    name
-        The table's name in an error message about memory.
-    defines
-        Macros for that shader.
+    `record` is the path of that compute shader, `defines` are its macros. `name` stands in errors about memory.
     """
 
     def __init__(

@@ -11,7 +11,17 @@ from ..basics.exceptions import TerrainError
 from ..image import read_image
 from . import atmosphere
 from .atmosphere import LUMINANCE
-from .gaussians import SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG, Lights, lobes, non_negative_least_squares, sun_sharpness
+from .gaussians import (
+    SKY_AXES,
+    SKY_SHARPNESS,
+    SUN_RADIUS_DEG,
+    Lights,
+    directions_of,
+    lobes,
+    non_negative_least_squares,
+    sun_sharpness,
+)
+from .ground import towards_sun
 
 SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radiance here
 NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # light of stars and airglow, brighter than in reality
@@ -72,9 +82,8 @@ def dome(rows: int, cols: int) -> tuple[np.ndarray, np.ndarray]:
     middles = 0.5 * (edges[1:] + edges[:-1])
     elevation = (np.pi / 2 * middles * np.abs(middles))[:, None]
     azimuth = ((np.arange(cols) + 0.5) / cols * 2 - 1)[None] * np.pi
-    parts = np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation) + 0 * azimuth
     weights = np.repeat((rims[:-1] - rims[1:]) * 2 * np.pi / cols, cols)
-    return np.stack(parts, -1).reshape(-1, 3), weights
+    return directions_of(azimuth, elevation).reshape(-1, 3), weights
 
 
 def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, float]:
@@ -83,16 +92,8 @@ def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple
     The fit minimises the relative error of the light on ground of 128 orientations, computed as glsl/light/lit.glsl
     shades it. The error of the radiance itself has a small weight.
 
-    Parameters
-    ----------
-    directions, weights, light
-        (n, 3) unit vectors, (n,) solid angles, (n, 3) radiance.
-
-    Returns
-    -------
-    amplitude, error
-        (10, 3), the last row for the surrounding land; the largest error of the light on ground, relative to the
-        largest light.
+    Returns the amplitudes (10, 3), the last row for the surrounding land; and the largest error of the light on ground,
+    relative to the largest light. `directions` are unit vectors (n, 3), `weights` their solid angles.
     """
     normals = slopes(128)
     above = directions[:, 2:] >= 0
@@ -144,7 +145,7 @@ def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = 
     one_side = atmosphere.sky_radiance(western.reshape(-1, 3), sun).reshape(SHAPE[0], half, 3)
     around = np.concatenate([one_side[:, ::-1], one_side], 1)
     turned = _turn(around, azimuth / (2 * np.pi) * 2 * half)
-    direction = np.array([sun[1] * math.sin(azimuth), sun[1] * math.cos(azimuth), sun[2]])
+    direction = np.array(towards_sun(azimuth_deg, elevation_deg))
     risen = _part_above_horizon(elevation_deg, sun_radius_deg)
     irradiance = SUNLIGHT * risen * atmosphere.sunlight(max(elevation_deg, 0.0))
     return Sky(SUNLIGHT * turned + NIGHT, _sun(direction, irradiance, sun_radius_deg))
@@ -152,15 +153,11 @@ def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = 
 
 def black_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = SUN_RADIUS_DEG) -> Sky:
     """The sky of a body without air: a sun, a black sky, and below the horizon the light of its ground."""
-    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
-    flat = math.cos(elevation)
-    up = math.sin(elevation)
+    direction = np.array(towards_sun(azimuth_deg, elevation_deg))
     irradiance = SUNLIGHT * _part_above_horizon(elevation_deg, sun_radius_deg) * np.ones(3)
     radiance = np.full((*SHAPE, 3), NIGHT)
-    radiance[SHAPE[0] // 2 :] += BARE_ALBEDO / np.pi * irradiance * max(up, 0.0)
-    return Sky(
-        radiance, _sun(np.array([flat * math.sin(azimuth), flat * math.cos(azimuth), up]), irradiance, sun_radius_deg)
-    )
+    radiance[SHAPE[0] // 2 :] += BARE_ALBEDO / np.pi * irradiance * max(direction[2], 0.0)
+    return Sky(radiance, _sun(direction, irradiance, sun_radius_deg))
 
 
 def read_sky(path: str | os.PathLike[str]) -> Sky:
@@ -202,8 +199,7 @@ def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return light, NO_SUN
     elevation = (0.5 - (np.arange(rows) + 0.5) / rows)[:, None] * np.pi
     azimuth = ((np.arange(cols) + 0.5) / cols * 2 - 1)[None] * np.pi
-    parts = np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation) + 0 * azimuth
-    directions = np.stack(parts, -1)
+    directions = directions_of(azimuth, elevation)
     near = directions @ directions[peak] > math.cos(math.radians(6))
     spot = near & (luminance > 0.05 * luminance[peak])
     around = np.median(light[near & ~spot], axis=0) if (near & ~spot).any() else np.zeros(3)

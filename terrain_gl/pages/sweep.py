@@ -12,8 +12,8 @@ from ..basics.steps import Steps
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..light.gaussians import SKY_AXES, SKY_SHARPNESS
-from ..light.horizon import AZIMUTHS, BATCH, FULL, lattice_directions
-from ..light.moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
+from ..light.horizon import AZIMUTHS, BATCH, FULL, fold_tables, lattice_directions
+from ..light.moments import COSINES, SINES, Direction
 from .terrain import PagedTerrain
 from .windows import BORDER, MARGIN, PageWindows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
 
@@ -141,10 +141,6 @@ class PageSweep:
         self._block = self.ctx.buffer(reserve=layout.TERRAIN.itemsize)
         self._horizons = self.ctx.texture_array((posts, posts, BATCH), 1, dtype="nu2")
         self._hulls = gl.reserve(self.ctx, hull_bytes(heightmap), "hulls of horizons")
-        moments = sector_moments(SKY_AXES, SKY_SHARPNESS, self._directions, heightmap.spacing_m)
-        texels = moment_texels(moments)
-        table = self.ctx.texture(texels.shape[1::-1], 4, texels.tobytes(), dtype="f4")
-        table.filter = (moderngl.NEAREST, moderngl.NEAREST)
         shares = self.ctx.buffer(reserve=4 * len(SKY_AXES) * sky_side(self._tile) ** 2)
-        opened = self.ctx.buffer(open_shares(SKY_SHARPNESS).astype("f4").tobytes())
-        self._tables: dict[str, Any] = {"Shares": shares, "u_moments": table, "Open": opened}
+        tables = fold_tables(self.ctx, SKY_AXES, SKY_SHARPNESS, self._directions, heightmap.spacing_m)
+        self._tables: dict[str, Any] = {"Shares": shares, **tables}

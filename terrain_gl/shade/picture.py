@@ -53,14 +53,10 @@ Target = TypeVar("Target")
 
 @dataclass(frozen=True)
 class Look:
-    """How a picture looks.
+    """How a picture looks: the options of shading. `RenderOptions` explains the fields that are not listed here.
 
     Attributes
     ----------
-    style
-        One of `STYLES`.
-    sun
-        Azimuth, clockwise from north, and elevation, in degrees.
     sky
         File of a sky, an equirectangular picture of light; by default the clear sky of that sun. See `sky.read_sky`.
     material
@@ -71,19 +67,7 @@ class Look:
     wires
         Draw the triangles' edges on top of the style.
     land
-        How the land is coloured, one of `light.climate.NAMES`.
-    voids
-        How posts without data are drawn, one of `VOIDS`.
-    edge
-        The surroundings of the map in the style "shaded", one of `surroundings.EDGES`.
-    grain
-        Whether the style "shaded" shows grain below the posts' spacing, one of `GRAINS`.
-    contour_m
-        Metres between contour lines over any style; 0 for an interval that suits the relief, None for no lines.
-    ramp_range
-        Heights at the ends of the ramp, for looks that are ramps; None for the look's own ends.
-    error_scale_px
-        The error at the end of the scale of colours, in "error" and "promise"; by default the tolerance.
+        The option `look`, one of `light.climate.NAMES`.
     """
 
     style: str = "shaded"
@@ -116,19 +100,7 @@ PLAIN = Look()
 
 
 class Picture:
-    """Draws the mesh of a selection into a picture, and shades it.
-
-    Parameters
-    ----------
-    tables
-        Error tables of the terrain that is drawn.
-    view
-        The camera block that drawing and shading read.
-    size
-        Width and height in pixels.
-    samples
-        Samples a pixel; the driver may take fewer.
-    """
+    """Draws the mesh of a selection into a picture of `size` pixels with some `samples` a pixel, and shades it."""
 
     def __init__(self, tables: ErrorTables, view: ViewBlock, size: Size, samples: int = 4) -> None:
         self.ctx = tables.ctx
@@ -276,7 +248,7 @@ class Picture:
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
-            self._fill(self._screen, "shade/wires.frag")
+            self.colour("shade/wires.frag")
             self.ctx.disable(moderngl.BLEND)
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
@@ -286,7 +258,7 @@ class Picture:
 
     def colour(self, fragment: str, **uniforms: Any) -> None:
         """Colour every pixel of the picture by a fragment shader."""
-        self._fill(self._screen, fragment, **uniforms)
+        self._fill(self._screen, fragment, "ANY", Wanted(self.lighting.defines, uniforms))
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
@@ -305,19 +277,7 @@ class Picture:
             return np.concatenate([linear_from_srgb(shown[..., :3]), shown[..., 3:] / 255], -1).astype("f4")
         wanted = self._wanted(look, edge)._replace(exact=True)
         wanted.uniforms["exaggeration"] = self.terrain.heightmap.exaggeration
-        texture = self.ctx.texture(self.size, 4, dtype="f4")
-        target = self.ctx.framebuffer([texture])
-        self._bind()
-        if look.style in _LIT:
-            self.lighting.bind()
-        target.use()
-        self.ctx.disable(moderngl.DEPTH_TEST)
-        self.programs.of(f"shade/{look.style}.frag", "ANY", wanted)[1].render(vertices=3)
-        colours = from_top(texture.read(alignment=1), "f4", self.size, 4)
-        self._screen.use()
-        target.release()
-        texture.release()
-        return colours
+        return self._read_back(f"shade/{look.style}.frag", "ANY", wanted, 4, "f4")
 
     @property
     def target(self) -> moderngl.Framebuffer:
@@ -331,11 +291,11 @@ class Picture:
 
     def coverage(self) -> np.ndarray:
         """Whether the surface covers all samples of each pixel: (height, width) bool, first row on top."""
-        return self.note("shade/coverage.frag", 1, "u1")[..., 0] == self.samples
+        return self.sky_share() == 0
 
     def sky_share(self) -> np.ndarray:
         """The share of sky in each pixel, 0 to 1: (height, width) float32, first row on top."""
-        return 1 - self.note("shade/coverage.frag", 1, "u1")[..., 0] / np.float32(self.samples)
+        return 1 - self.note("shade/coverage.frag", 2, "f4")[..., 0]
 
     def sees_land(self) -> bool:
         """Whether any sample of the last picture sees the map."""
@@ -343,7 +303,7 @@ class Picture:
 
     def depths(self) -> np.ndarray:
         """Near plane over view depth, of each pixel's furthest sample: (height, width) float32, first row on top."""
-        return self.note("shade/furthest.frag", 1, "f4")[..., 0]
+        return self.note("shade/coverage.frag", 2, "f4")[..., 1]
 
     def places(self) -> np.ndarray:
         """Column and row that each sample sees: (samples, height, width, 2) float32, first row on top; sky negative."""
@@ -351,14 +311,7 @@ class Picture:
 
     def note(self, fragment: str, components: int, dtype: str, kind: str = "ANY", **uniforms: Any) -> np.ndarray:
         """Output of a fragment shader for pixels of one of `KINDS`: (height, width, components), first row on top."""
-        texture = self.ctx.texture(self.size, components, dtype=dtype)
-        target = self.ctx.framebuffer([texture])
-        self._fill(target, fragment, kind, **uniforms)
-        noted = from_top(texture.read(alignment=1), dtype, self.size, components)
-        self._screen.use()
-        target.release()
-        texture.release()
-        return noted
+        return self._read_back(fragment, kind, Wanted(self.lighting.defines, uniforms), components, dtype)
 
     def show(self, framebuffer: moderngl.Framebuffer) -> None:
         """Copy the finished picture to a window's framebuffer, enlarged to its viewport."""
@@ -401,10 +354,21 @@ class Picture:
         farthest_px = selection.farthest_px or selection.certified_px or 0.0
         return has_gaps or not is_above or farthest_px > ROUGH_PX
 
-    def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:
+    def _read_back(self, fragment: str, kind: str, wanted: Wanted, components: int, dtype: str) -> np.ndarray:
+        """Output of a fragment shader: (height, width, components), first row on top."""
+        texture = self.ctx.texture(self.size, components, dtype=dtype)
+        target = self.ctx.framebuffer([texture])
+        self._fill(target, fragment, kind, wanted)
+        noted = from_top(texture.read(alignment=1), dtype, self.size, components)
+        self._screen.use()
+        target.release()
+        texture.release()
+        return noted
+
+    def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str, wanted: Wanted) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`."""
         self._bind()
-        program, vao = self.programs.of(fragment, kind, Wanted(self.lighting.defines, uniforms))
+        program, vao = self.programs.of(fragment, kind, wanted)
         if gl.has(program, "Lights"):
             self.lighting.bind()
             gl.write_uniforms(program, **self.lighting.uniforms)

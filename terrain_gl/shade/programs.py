@@ -18,9 +18,7 @@ class Wanted(NamedTuple):
     light
         Macros of the light.
     uniforms
-        Uniforms of the programs, by name without `u_`. A program may lack some of them.
-    wet, grained, contours
-        Whether there is a level of water, grain, and contour lines.
+        By name without `u_`. A program may lack some of them.
     edge
         The surroundings: `surroundings.NONE`, `PLAIN` or `WALLS`.
     exact
@@ -37,13 +35,7 @@ class Wanted(NamedTuple):
 
 
 class PixelPrograms:
-    """The programs over a picture's pixels.
-
-    Parameters
-    ----------
-    samples
-        Samples a pixel.
-    """
+    """The programs over a picture's pixels, which have a number of samples."""
 
     def __init__(self, ctx: moderngl.Context, samples: int) -> None:
         self.ctx = ctx

@@ -332,7 +332,7 @@ def widened_range(
 
 
 def steps_per_m(span_m: float) -> float:
-    """Number of steps in a metre of height. The quantisation range has 65,535 steps (glsl/shade/steps.glsl)."""
+    """Number of steps in a metre of height. The quantisation range has 65,535 steps (glsl/shade/relief.glsl)."""
     return STEPS / span_m
 
 

@@ -22,15 +22,24 @@ struct Mips {
     vec3 spread;
 };
 
+// The longer half axis of a footprint's ellipse, whose covariance is u uᵀ + v vᵀ, in posts.
+vec2 long_axis(vec2 u, vec2 v) {
+    float a = u.x * u.x + v.x * v.x, d = u.y * u.y + v.y * v.y, b = u.x * u.y + v.x * v.y;
+    float mean = 0.5 * (a + d), apart = sqrt(0.25 * (a - d) * (a - d) + b * b);
+    vec2 e = abs(b) > 1e-6 * mean ? normalize(vec2(b, mean + apart - a)) : (a > d ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
+    return e * min(sqrt(mean + apart), LARGEST_BOX_POSTS);
+}
+
 Mips mips_over(Ground g, float scale) {
-    float long_ = length(g.along), wide = max(g.extent.x * g.extent.y / max(long_, 1e-6), 1e-6);
+    vec2 along = long_axis(g.u, g.v);
+    float long_ = length(along), wide = max(g.extent.x * g.extent.y / max(long_, 1e-6), 1e-6);
     wide = min(wide, long_);
     int looks = clamp(int(ceil(long_ / wide)), 1, MOST_LOOKS);
     float level = log2(max(scale * max(wide, long_ / float(looks)), 1.0));
     vec4 n = vec4(0.0), s = vec4(0.0);
     float xy = 0.0;
     for (int i = 0; i < looks; i++) {
-        vec2 at = (g.post + g.along * ((float(i) + 0.5) / float(looks) - 0.5)) / vec2(u_last_post);
+        vec2 at = (g.post + along * ((float(i) + 0.5) / float(looks) - 0.5)) / vec2(u_last_post);
         n += textureLod(u_normals, at, level) / float(looks);
         s += textureLod(u_slopes, at, level) / float(looks);
         xy += textureLod(u_products, at, level).x / float(looks);
@@ -49,7 +58,7 @@ Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
     l.lobe.r = mean_length(sharpness) * normal;
     l.unshadowed = max(dot(normal, u_sun.axis), 0.0);
     l.sun = sun_seen * l.unshadowed;
-    add_sky(l, g);
+    add_sky(l, g.towards_eye, sky_seen(g));
     return l;
 }
 
@@ -57,5 +66,5 @@ Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
 float cover_sharpness(Ground g) { return sharpness_of_roughness(material_of(g.post, g.extent, g.fine).roughness); }
 
 vec3 ground_colour(Ground g, int sample_) {
-    return land_colour(g, outgoing_light(g, lit_by_baseline(g)), g.distance_m);
+    return land_colour(g, outgoing_light(g.towards_eye, lit_by_baseline(g)), g.distance_m);
 }

@@ -47,7 +47,7 @@ Lit lit_by_baseline(Ground g) {
     l.lobe.r = mean_length(1.0 / width) * normal_of(m.slope);
     l.unshadowed = sun;
     l.sun = m.sun * sun;
-    add_sky(l, g);
+    add_sky(l, g.towards_eye, sky_seen(g));
     return l;
 }
 

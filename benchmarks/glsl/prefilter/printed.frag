@@ -4,10 +4,9 @@
 //   ρ_n = mean of 1.170 e^(2.133 (ω·n − 1)), the cosine as a lobe: κ = 2.133, weight 3.398    (B.3, B.4)
 //   r   = |r| n with (3 |r| − |r|³) / (1 − |r|²) = κ;  r_M = mean of r;  ρ_n = weight · vMF(ω; r_M)    (C.1 to C.4)
 //   B.3 as printed lacks the factor 1/π of the diffuse BRDF. We include it; else the ground would be π times as bright.
-//   Steps from our shading to the printed shading. Each step includes the steps before it:
-//     PRINTED 1   facets are not weighted by their size in the picture: E alone, without E·s (light/lean.glsl)
-//     PRINTED 2   A.5: visibility is separate from the cosine, for the sun and for the sky
-//     PRINTED 3   B.3, B.4, C.1 to C.4: the lobe of κ = 2.133 instead of the closed mean of the cosine
+//   Two steps from our shading to the printed shading; the second includes the first:
+//     PRINTED 1   A.5: visibility is separate from the cosine, for the sun and for the sky
+//     PRINTED 2   B.3, B.4, C.1 to C.4: the lobe of κ = 2.133 instead of the closed mean of the cosine
 //   Specular light is ours, with the visibility and C.1 of these steps.
 
 #include "shade/samples.glsl"
@@ -15,34 +14,29 @@
 #include "light/shown.glsl"
 
 vec3 diffuse_from(Light light, vec3 amplitude, Merged m) {
-    if (PRINTED >= 3) return printed_diffuse(Lobe(light.axis, light.sharpness, amplitude), m.normal);
+    if (PRINTED >= 2) return printed_diffuse(Lobe(light.axis, light.sharpness, amplitude), m.normal);
     return amplitude * (light.integral / PI * cosine_of(m, light));
 }
 
 // Mean visible share of the sun's disc over the footprint.
 float sun_visible(Ground g) {
     float far = farness(g.extent), share = 0.0;
-    int left = g.samples;
-    do {
+    for (int left = g.samples; left != 0; left &= left - 1) {
         vec2 part = part_of(g, findLSB(left));
         float near_ = far < 1.0 ? sun_share(part, PART * g.extent) : 0.0;
         float far_ = MAY_BE_FAR && far > 0.0 ? sun_over(part, PART * g.extent, vec2(0.0)) : 0.0;
         share += mix(near_, far_, far) / float(bitCount(g.samples));
-        left &= left - 1;
-    } while (left != 0);
+    }
     return share;
 }
 
 Lit lit_as_printed(Ground g) {
     Lit l;
     l.lobe = merged_ground(g);
-    add_sun(l, g, vec2(0.0));
-    if (PRINTED >= 2) {
-        l.unshadowed = diffuse_from(u_sun, vec3(PI / u_sun.integral), l.lobe).x;
-        l.sun = sun_visible(g) * l.unshadowed;
-    }
-    add_sky(l, g);
-    if (PRINTED < 3) return l;
+    l.unshadowed = diffuse_from(u_sun, vec3(PI / u_sun.integral), l.lobe).x;
+    l.sun = sun_visible(g) * l.unshadowed;
+    add_sky(l, g.towards_eye, sky_seen(g));
+    if (PRINTED < 2) return l;
     l.ambient = u_around * (0.5 - 0.5 * l.lobe.normal.z);
     for (int i = 0; i < SKY_LOBES; i++) {
         float visible = sky_visible(i, g.post, g.extent);
@@ -51,7 +45,9 @@ Lit lit_as_printed(Ground g) {
     return l;
 }
 
-vec3 ground_colour(Ground g, int sample_) { return land_colour(g, outgoing_light(g, lit_as_printed(g)), g.distance_m); }
+vec3 ground_colour(Ground g, int sample_) {
+    return land_colour(g, outgoing_light(g.towards_eye, lit_as_printed(g)), g.distance_m);
+}
 
 vec4 colour_of_pixel() { return shown(pixel_colour()); }
 

@@ -19,7 +19,7 @@ void main() {
     if (cell.x >= u_last_post.x) return;
     vec3 n = normal_of_cell(cell);
     vec2 slope = -n.xy / n.z;
-    float seen = disc_share(sine_of(record_near(0, u_towards, vec2(cell) + 0.5)), 0.0);
+    float seen = disc_share(sine_of(record_near(0, u_towards, vec2(cell) + 0.5)));
     imageStore(u_normals, cell, vec4(n, seen));
     imageStore(u_slopes, cell, vec4(slope, slope * slope));
     imageStore(u_products, cell, vec4(slope.x * slope.y, 0.0, 0.0, 0.0));

@@ -3,7 +3,7 @@
 //   Rays march through it, and it is lit by brute force.
 // Provides ground_m(), slope_of_cells(), sees().   Python twins: reference.bilinear_heights, reference.horizon_sines
 
-#include "shade/relief.glsl"
+#include "horizon/cell.glsl"
 
 float ground_m(vec2 post) {
     vec2 p = clamp(post, vec2(0.0), vec2(u_last_post));
@@ -28,4 +28,17 @@ bool sees(vec2 post, float from_m, vec3 direction) {
         if (ground_m(at) > ray_m) return false;
     }
     return true;
+}
+
+// Slopes of cells, bilinear between their centres.
+vec2 slope_of_cells(vec2 post) {
+    ivec2 last = u_last_post - 1;
+    vec2 at = clamp(post - 0.5, vec2(0.0), vec2(last)), t = fract(at), slope = vec2(0.0);
+    for (int i = 0; i < 4; i++) {
+        ivec2 corner = ivec2(i & 1, i >> 1);
+        vec3 normal = normal_of_cell(min(ivec2(at) + corner, last));
+        vec2 weight = mix(1.0 - t, t, vec2(corner));
+        slope -= weight.x * weight.y * normal.xy / normal.z;
+    }
+    return slope;
 }
