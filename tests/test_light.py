@@ -7,6 +7,9 @@ import pytest
 from terrain_gl import reference
 
 
+PRINTED = "../benchmarks/glsl/prefilter/printed.glsl"
+
+
 @pytest.fixture
 def ask(ctx):
     """Results (n, 4) of a GLSL expression of two vec4 a, b, with the functions of a GLSL file."""
@@ -149,7 +152,7 @@ def test_the_papers_cubic_both_ways(ask, sharpness):
     length = reference.cubic_length(sharpness)
     assert reference.cubic_sharpness(length) == pytest.approx(sharpness, rel=1e-6)
     call = "vec4(cubic_length(a.x), cubic_sharpness(a.y), 0.0, 0.0)"
-    told = ask("light/vmf.glsl", call, [sharpness, length, 0, 0])[0]
+    told = ask(PRINTED, call, [sharpness, length, 0, 0])[0]
     assert told[0] == pytest.approx(length, abs=2e-6)
     assert told[1] == pytest.approx(sharpness, rel=1e-3)  # 1 − |r|² loses as many of 24 bits as κ has
 
@@ -160,7 +163,7 @@ def test_the_papers_diffuse_light(ask):
     sharpness = np.geomspace(1.0, 90_000.0, 40)
     call = "vec4(printed_diffuse(Lobe(a.xyz, a.w, vec3(1.0)), b.xyz).x)"
     lobes, places = np.column_stack([axes, sharpness]), np.column_stack([normals, np.zeros(40)])
-    told = ask("light/brdf.glsl", call, lobes, places)[:, 0]
+    told = ask(PRINTED, call, lobes, places)[:, 0]
     expected = [reference.printed_diffuse(*each) for each in zip(axes, sharpness, normals, strict=True)]
     assert told == pytest.approx(expected, rel=2e-3, abs=1e-8)
     up, sun = np.array([0, 0, 1.0]), 90_000.0

@@ -18,7 +18,6 @@ SHADERS = sorted(
 )
 STAGES = {"sat", "error", "lod", "mesh", "generate", "horizon", "light"}  # folders of the line: each file has a twin
 WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the functions of another file
-    "horizon/blocks.glsl",
     "light/air.glsl",
     "light/around.glsl",
     "light/lit.glsl",

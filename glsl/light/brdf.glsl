@@ -13,9 +13,8 @@
 //   Specular (B.1, B.2). The lobe of half-vectors becomes a lobe of incoming light around the reflected direction, with
 //   sharpness κ/(4 |o·μ|) (Wang et al. 2009, section 4) and integral 1.
 //   It is multiplied by Fresnel's factor (Schlick 1994).
-//   For comparison only: printed_diffuse() is B.3 and B.4, merged by C.1 to C.4, as printed (benchmarks/glsl).
-// Provides cosine_mean(), printed_diffuse(), reflection_lobe(), schlick(), sharpness_of_roughness().
-// Python twins: reference.cosine_mean, reference.printed_diffuse, reference.reflection_lobe
+// Provides cosine_mean(), reflection_lobe(), schlick(), sharpness_of_roughness().
+// Python twins: reference.cosine_mean, reference.reflection_lobe
 
 #include "light/vmf.glsl"
 
@@ -26,18 +25,6 @@ float cosine_mean(float c, float r) {
     float w = r < 0.75 ? 0.5 + 0.5 * sqrt(1.0 - 4.0 / 3.0 * r * r) : sqrt(3.0 * r * max(1.0 - r, 0.0));
     if (abs(c) >= w) return max(c, 0.0);
     return (c + w) * (c + w) / (4.0 * w);
-}
-
-#define DIFFUSE_SHARPNESS 2.133
-#define DIFFUSE_PEAK 1.170
-
-// ∫ SG(ω) ρ_n(ω) dω / π for white ground with the mean normal n.
-vec3 printed_diffuse(Lobe light, vec3 normal) {
-    vec3 r = cubic_length(DIFFUSE_SHARPNESS) * normal;
-    float length_ = length(r), k = cubic_sharpness(length_);
-    float weight = DIFFUSE_PEAK * sg_integral(DIFFUSE_SHARPNESS);
-    Lobe merged = Lobe(length_ > 0.0 ? r / length_ : vec3(0.0, 0.0, 1.0), k, vec3(weight / sg_integral(k)));
-    return sg_inner_product(light, merged) / PI;
 }
 
 // Beckmann's α is roughness²; its lobe is as wide as a vMF of κ = 2/α² (Wang et al. 2009, equation 19).

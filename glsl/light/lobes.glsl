@@ -21,5 +21,5 @@ struct Merged {
 
 // The lobes of one place, for footprints smaller than a cell.
 Merged merged_at(vec3 normal, Material material) {
-    return Merged(normal, lobe_length(sharpness_of_roughness(material.roughness)) * normal, material.albedo);
+    return Merged(normal, mean_length(sharpness_of_roughness(material.roughness)) * normal, material.albedo);
 }

@@ -4,15 +4,10 @@
 //   Its sharpness:               κ ≈ (3|r| − |r|³) / (1 − |r|²)                                        (equation C.1)
 //   C.1's κ differs by up to 5 % from the exact inverse of coth κ − 1/κ. Two Newton steps remove that error;
 //   above κ = 20 the inverse is 1/(1 − |r|) in float precision. So merging equal lobes gives the same lobe again.
-//   For comparison only, PRINTED 2 uses C.1 as printed in both directions (benchmarks/glsl).
-// Provides mean_length(), sharpness_of(), lobe_length(), cubic_length(), cubic_sharpness(), vmf_lobe().
-// Python twins: reference.mean_length, reference.sharpness_of_length, reference.cubic_length, reference.cubic_sharpness
+// Provides mean_length(), sharpness_of(), vmf_lobe().
+// Python twins: reference.mean_length, reference.sharpness_of_length
 
 #include "light/sg.glsl"
-
-#ifndef PRINTED
-#define PRINTED 0
-#endif
 
 #define SHARPEST 8192.0  // vectors of 16 bits cannot represent sharper lobes
 
@@ -22,20 +17,8 @@ float mean_length(float sharpness) {
     return (1.0 + e) / (1.0 - e) - 1.0 / sharpness;
 }
 
-float cubic_sharpness(float r) { return r * (3.0 - r * r) / (1.0 - r * r); }
-
-// The root of r³ − κ r² − 3 r + κ = 0 between 0 and 1, by Newton's method.
-float cubic_length(float sharpness) {
-    float k = sharpness, r = mean_length(k);
-    for (int i = 0; i < 3; i++) r -= (r * (r * (r - k) - 3.0) + k) / (r * (3.0 * r - 2.0 * k) - 3.0);
-    return r;
-}
-
-float lobe_length(float sharpness) { return PRINTED >= 2 ? cubic_length(sharpness) : mean_length(sharpness); }
-
 float sharpness_of(float length_) {
     float r = clamp(length_, 0.0, 1.0 - 1.0 / SHARPEST);
-    if (PRINTED >= 2) return cubic_sharpness(r);
     if (r > 0.95) return 1.0 / (1.0 - r);
     float k = r * (3.0 - r * r) / (1.0 - r * r);
     if (k < 0.1) return k;

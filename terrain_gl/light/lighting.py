@@ -157,7 +157,7 @@ class Lighting:
             self._lobes_wanted += 1
             yield 0.01
         if (wanted := self._lobes_wanted) != self._lobes_of and self.has_lobes:
-            self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, False, self._printed)
+            self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, False)
             for share in self.lobes.build_steps():
                 yield 0.01 + 0.07 * share
             self._lobes_of = wanted

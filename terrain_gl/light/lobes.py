@@ -108,9 +108,9 @@ def lobe_table(cols: int, rows: int) -> Table:
 class LobeTables(RecordedTable):
     """The summed-area tables of nine values of each texel: 9 bytes a post."""
 
-    def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True, printed: int = 0) -> None:
+    def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True) -> None:
         size = lobe_table(terrain.heightmap.cols, terrain.heightmap.rows)
-        super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes", {"PRINTED": printed})
+        super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes")
         self.terrain = terrain
         self.sums = sums
         self.cover = cover

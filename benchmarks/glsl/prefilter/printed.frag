@@ -2,15 +2,19 @@
 //   L   = Σ over lights l of  V_l · ∫ SG_l(ω) ρ_n(ω) dω                                        (A.5, A.6)
 //   V_l = mean over the footprint of ∫ SG_l V dω / ∫ SG_l dω, without a cosine, above the horizontal              (A.5)
 //   ρ_n = mean of 1.170 e^(2.133 (ω·n − 1)), the cosine as a lobe: κ = 2.133, weight 3.398    (B.3, B.4)
-//   r   = |r| n with (3 |r| − |r|³) / (1 − |r|²) = κ;  r_M = mean of r;  ρ_n = weight · vMF(ω; r_M)    (C.1 to C.4)
 //   B.3 as printed lacks the factor 1/π of the diffuse BRDF. We include it; else the ground would be π times as bright.
 //   Two steps from our shading to the printed shading; the second includes the first:
 //     PRINTED 1   A.5: visibility is separate from the cosine, for the sun and for the sky
 //     PRINTED 2   B.3, B.4, C.1 to C.4: the lobe of κ = 2.133 instead of the closed mean of the cosine
-//   Specular light is ours, with the visibility and C.1 of these steps.
+//   Specular light is ours, with the visibility of these steps.
 
 #include "shade/samples.glsl"
 #include "light/lit.glsl"
+#include "../benchmarks/glsl/prefilter/printed.glsl"
+
+#ifndef PRINTED
+#define PRINTED 0
+#endif
 #include "light/shown.glsl"
 
 vec3 diffuse_from(Light light, vec3 amplitude, Merged m) {
