@@ -6,7 +6,6 @@ import pytest
 
 from terrain_gl import reference
 
-
 PRINTED = "../benchmarks/glsl/prefilter/printed.glsl"
 
 
