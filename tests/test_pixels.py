@@ -121,6 +121,7 @@ def test_shares_side_by_side_are_the_reference(ctx):
     shares, packed = ctx.buffer(words.tobytes()), ctx.texture((70, 9), 4, dtype="u4")
     shader = shaders.compute(ctx, "horizon/pack.comp", {"LOBES": 4, "FULL": 4095.0})
     bind("horizon/pack.comp", Shares=shares, u_packed=packed)
+    shader["u_texels"] = 70, 9
     shader.run(2, 9)
     ctx.finish()
     got, expected = np.frombuffer(packed.read(), "u4").reshape(9, 70, 4), reference.pack_shares(words / 4095)
