@@ -35,7 +35,6 @@ OF_FRAME = (
     *("tiles_missing", "tiles_wide", "overlay_samples", "ms"),
 )
 MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
-_READ = ("map", "path", "sky", "material", "drape", "edits")  # options that name files to read
 _NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # options that change no pixel
 _of_thread = threading.local()
 
@@ -126,7 +125,7 @@ def draw(job: FlightJob, pose: FlightFrame) -> Drawn:
 def _job(args: argparse.Namespace) -> FlightJob:
     """The options for workers: without outputs, and with absolute file names."""
     sent = argparse.Namespace(**vars(args) | {"output": None, "json": None, "run": None})
-    for name in _READ:
+    for name in ("map", *options.FILES):
         if (path := getattr(sent, name)) and os.path.exists(path):
             setattr(sent, name, os.path.abspath(path))
     sent.overlay = [os.path.abspath(path) for path in args.overlay]
@@ -137,7 +136,7 @@ def identity(args: argparse.Namespace) -> Any:
     """A value for JSON that changes if the pictures of a flight change: its options, and the files that it reads."""
     given = {name: value for name, value in vars(args).items() if name not in _NO_PIXELS}
     of_map = [os.path.join(args.map, "zarr.json")] if is_store(args.map) else maps.files_read(args.map)
-    files = [*of_map, *(path for name in _READ[1:] if (path := getattr(args, name))), *args.overlay]
+    files = [*of_map, *(path for name in options.FILES if (path := getattr(args, name))), *args.overlay]
     return {"version": __version__, "options": given, "files": [[path, *_status(path)] for path in files]}
 
 

@@ -18,7 +18,6 @@ from ..renderer.options import RenderOptions
 from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
-_FILES = ("sky", "material", "drape", "edits")
 _NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # fields whose option has another name
 
 
@@ -97,6 +96,6 @@ def _text(name: str, value: Any) -> list[str]:
         return []
     if isinstance(value, tuple):
         return [("x" if name in ("size", "raw") else ",").join(text for each in value for text in _text("", each))]
-    if name in _FILES and os.path.exists(value):
+    if name in options.FILES and os.path.exists(value):
         return [os.path.abspath(value)]
     return [repr(float(value)).removesuffix(".0") if isinstance(value, float) else str(value)]

@@ -30,6 +30,7 @@ from ..store import cache, is_store
 from . import overlays, report, stores, values
 from .parsing import HelpAll
 
+FILES = ("path", "sky", "material", "drape", "edits")  # options that name files to read
 EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # they choose the detail; at most one is given
 
 
@@ -241,7 +242,7 @@ def check_outputs(args: argparse.Namespace, source: str | None) -> None:
     """Refuse outputs that cannot be written, or that are also inputs: the map, or a file such as that of `--path`."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
-    others = [path for name in ("path", "sky", "material", "drape", "edits") if (path := getattr(args, name, None))]
+    others = [path for name in FILES if (path := getattr(args, name, None))]
     others += getattr(args, "overlay", [])
     refuse_inputs(outputs, [*(maps.files_read(source) if source else ()), *others])
 
