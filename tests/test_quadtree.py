@@ -18,7 +18,7 @@ from terrain_gl.comparison import pruned
 from terrain_gl.gpu import layout, shaders
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ViewBlock
+from terrain_gl.lod import ViewBlock, quadtree
 from terrain_gl.renderer import Renderer
 
 ASK = np.dtype([("posts", "4i4"), ("range_m", "2f4"), ("error_m", "f4"), ("unused", "f4")])
@@ -232,6 +232,25 @@ def test_same_view_gives_the_same_bytes_whatever_was_drawn_before(ctx, scene, vi
         scene.select(other, 3.0, "rms")
         scene.select(other, 0.0, cull=False)
     assert everything(scene, scene.select(camera, 0.7)) == first
+
+
+def test_requests_are_granted_in_rows_of_groups_which_stay_below_the_limit(ctx, scene, monkeypatch):
+    last = layout.quadtree(16384, 16384)[-1]
+    words = last.first_word + last.words
+    columns, rows = quadtree._commit_groups(words)
+    assert max(columns, rows) <= 65535 and columns * rows * layout.GROUP >= 3 * words  # as OpenGL guarantees
+    camera = cameras(scene.heightmap)["default"]
+    first = everything(scene, scene.select(camera, 0.7))
+    monkeypatch.setattr(quadtree, "_ROW", 2)  # then the larger maps take several rows
+    assert everything(scene, scene.select(camera, 0.7)) == first
+
+
+def test_a_search_takes_no_memory_for_meshes_that_it_tries(ctx):
+    scene = Scene.of(ctx, Heightmap(rough(513, 513)))
+    before = scene.levels.patches.size
+    selection = scene.select(cameras(scene.heightmap)["down"], triangles=2000)
+    assert selection.triangles <= 2000 and scene.levels.patches.size == before
+    scene.release()
 
 
 def test_egl_and_osmesa_give_the_same_bytes(ctx):

@@ -31,6 +31,7 @@ from .selection import METRES, Goal, Selection
 _PASSES = ("refine", "balance", "agree", "commit", "tiles", "patches", "place")
 _NO_TILES = np.array([0, 0, 1, 0], "u4").tobytes()
 _BY_TOLERANCE = -1.0  # a price that decides nothing
+_ROW = 1024  # work groups of `commit` along x: OpenGL allows at most 65535 in one dimension
 _ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough
 _ENOUGH = 0.99  # this share of the budget ends the search
 _AIM = 0.995  # the share that the search aims at
@@ -83,11 +84,11 @@ class QuadtreeSelector(OfPatches):
         self.tables.bind()
         bind("lod/quadtree/patches.comp", Split=self._split, Active=self._active, Summary=self._summary)
         if goal.triangles:
-            return self._search(goal.triangles)
+            return self._written(self._search(goal.triangles))
         self._grow_tree(_BY_TOLERANCE)
         if goal.tolerance_px > 0 and goal.metric != "rms":
             self._agree()
-        return self._mesh(_BY_TOLERANCE)
+        return self._written(self._counted(_BY_TOLERANCE))
 
     def select_everywhere(self, max_error_m: float) -> Selection:
         """Choose patches over the whole map whose surface is nowhere further than `max_error_m` from the truth.
@@ -107,7 +108,7 @@ class QuadtreeSelector(OfPatches):
         return self._split, self._active, self._summary, self.patches, self.draws
 
     def _search(self, triangles: int) -> Selection:
-        """The mesh of the lowest price with at most so many triangles: false position, with logarithmic axes.
+        """Count the mesh of the lowest price with at most so many triangles: false position, with logarithmic axes.
 
         If one end of the interval stays the same twice, its distance from the aim is halved, so that it moves later
         (the Illinois method: Dowell, Jarratt 1971).
@@ -148,10 +149,10 @@ class QuadtreeSelector(OfPatches):
         return self._at_price(fitting[0] if fitting else _HIGHEST)
 
     def _at_price(self, log2_price: float) -> Selection:
-        """The mesh for a price of a triangle."""
+        """Count the mesh for a price of a triangle."""
         price = 2.0**log2_price if log2_price > _FREE else 0.0
         self._grow_tree(price)
-        return replace(self._mesh(price), price=price)
+        return replace(self._counted(price), price=price)
 
     def _grow_tree(self, price: float) -> None:
         self._reset(price)
@@ -173,13 +174,13 @@ class QuadtreeSelector(OfPatches):
         while True:
             self._reset(_BY_TOLERANCE)
             self._run_on_tiles("agree")
-            self._run("commit", -(-3 * self._words // layout.GROUP))
+            self._run("commit", *_commit_groups(self._words))
             if not self._read_summary()["asked"]:
                 return
             self._balance()
 
-    def _mesh(self, price: float) -> Selection:
-        """Turn the leaves of the tree into patches."""
+    def _counted(self, price: float) -> Selection:
+        """Count the patches of the tree's leaves, and place them in the list."""
         while True:
             self._reset(price)
             self._kernels["patches"]["u_emits"] = False
@@ -188,10 +189,13 @@ class QuadtreeSelector(OfPatches):
             self._kernels["place"]["u_most_draws"] = self.draws.size // gl.COMMAND_STRIDE
             self._run("place", 1)
             selection = self.selection_of(self._read_summary())
-            self.patches = gl.at_least(self.ctx, self.patches, selection.patches * layout.PATCH.itemsize)
             if selection.draws * gl.COMMAND_STRIDE <= self.draws.size:
-                break
+                return selection
             self.draws = gl.at_least(self.ctx, self.draws, selection.draws * gl.COMMAND_STRIDE)
+
+    def _written(self, selection: Selection) -> Selection:
+        """Write the patches that were counted last. A search counts meshes far larger than the one it finds."""
+        self.patches = gl.at_least(self.ctx, self.patches, selection.patches * layout.PATCH.itemsize)
         bind("lod/quadtree/patches.comp", Patches=self.patches)
         self._kernels["patches"]["u_emits"] = True
         self._run_on_tiles("patches", is_listed=True)
@@ -217,3 +221,9 @@ class QuadtreeSelector(OfPatches):
             self._run("tiles", -(-self._tiles // layout.GROUP))
         self._kernels[name].run_indirect(self._active)
         self.ctx.memory_barrier(BARRIER)
+
+
+def _commit_groups(words: int) -> tuple[int, int]:
+    """Work groups for three bits of each node: columns and rows."""
+    groups = -(-3 * words // layout.GROUP)
+    return min(groups, _ROW), -(-groups // _ROW)

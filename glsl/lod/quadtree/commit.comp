@@ -1,5 +1,5 @@
 // lod/quadtree/commit.comp — apply the requests of lod/quadtree/agree.comp, and record whether there were any.
-//   One thread for each word.
+//   One thread for each word; the groups form a rectangle, because a row of them may be longer than OpenGL allows.
 // Python twin: reference.quadtree.agree
 
 #include "lod/quadtree/tree.glsl"
@@ -8,7 +8,7 @@
 layout(local_size_x = GROUP) in;
 
 void main() {
-    int i = int(gl_GlobalInvocationID.x);
+    int i = int(gl_WorkGroupID.y * gl_NumWorkGroups.x * uint(GROUP) + gl_GlobalInvocationID.x);
     if (i >= GRANTED * tree_words()) return;
     uint asked = split[GRANTED * tree_words() + i] & ~split[i];
     split[GRANTED * tree_words() + i] = 0u;
