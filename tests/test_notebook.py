@@ -192,6 +192,16 @@ def test_drawn_otherwise(view):
         view.draw(style="cubist")
 
 
+def test_a_higher_relief_keeps_the_camera_over_the_land(view):
+    heightmap = view.viewer.scene.renderer.heightmap
+    view.draw(exaggeration=3.0)
+    assert view.camera.eye == pytest.approx(CAMERA.eye)  # at true heights, as `Renderer` takes it
+    with tg.Renderer(heightmap, (160, 90)) as renderer:
+        frame = renderer.render(view.camera, sun=standard_sun(heightmap), exaggeration=3.0)
+    differs = np.abs(view.picture().astype(int) - frame.image[..., :3]).max(-1) > 1
+    assert differs.mean() < 0.002
+
+
 def test_the_picture_is_the_renderers(view):
     heightmap = view.viewer.scene.renderer.heightmap
     with tg.Renderer(heightmap, (160, 90)) as renderer:

@@ -59,7 +59,7 @@ class MapLoader:
         how = scene.raster_behind
         assert how
         given = {option: value for option, value in how.items() if value is not None}
-        opened = replace(scene.opened, sun=scene.settings.options.sun, rest=None)
+        opened = replace(scene.opened, sun=scene.settings.options.sun, rest=None, camera_given=False)
 
         def opener(progress: Progress) -> Opened:
             return replace(opened, heightmap=Heightmap.open(**given, progress=progress))

@@ -55,7 +55,7 @@ class Memory:
             try:
                 Pose.read(stored[str(n)]["view"])  # a bookmark has a place of its own, not the name of a view
                 found[n] = checked(stored[str(n)], "bookmark")
-            except (TerrainError, TypeError, ValueError, KeyError):
+            except (TerrainError, TypeError, ValueError, OverflowError, KeyError):
                 continue
         return found
 
@@ -112,10 +112,10 @@ class Memory:
         with suppress(KeyError, TypeError, ValueError, OverflowError):
             width, height = (int(side) for side in data["window"])
             self.window = (width, height) if 64 <= min(width, height) <= max(width, height) <= 16384 else None
-        with suppress(KeyError, TypeError, ValueError):
+        with suppress(KeyError, TypeError, ValueError, OverflowError):
             scale = float(data["ui_scale"])
             self.ui_scale = scale if UI_SCALES[0] <= scale <= UI_SCALES[1] else 1.0
-        with suppress(TerrainError, TypeError, ValueError):
+        with suppress(TerrainError, TypeError, ValueError, OverflowError):
             stored = {key: value for key, value in _dict(data.get("drawing")).items() if key in _REMEMBERED}
             RenderOptions(**stored)
             self.options = stored

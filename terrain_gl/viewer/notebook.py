@@ -119,8 +119,9 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
 
     @property
     def camera(self) -> Camera:
-        """The present camera."""
-        return self.viewer.scene.controller.camera
+        """The present camera, at the heights of the map."""
+        scene = self.viewer.scene
+        return scene.for_renderer(scene.controller.camera)
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -129,7 +130,10 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
 
     def draw(self, **options: Any) -> None:
         """Change fields of `RenderOptions` by name."""
+        factor = options.pop("exaggeration", None)
         self.viewer.settings.change_all(**options)
+        if factor is not None:
+            self.viewer.exaggerate(factor)  # the eye keeps its place over the land
         self.request_draw()
 
     def picture(self) -> np.ndarray:

@@ -319,7 +319,8 @@ class Saver:
         with self._told():
             CameraPath([Keyframe(scene.for_renderer(pose.camera)) for pose in poses]).save(str(path))
             name = shlex.quote(scene.opened.key or "MAP")
-            film = f"terrain-gl fly {name} --path {path} -o flight{film_suffix()}"
+            higher = "" if scene.exaggeration == 1 else f" --exaggeration {scene.exaggeration:.6g}"
+            film = f"terrain-gl fly {name} --path {path}{higher} -o flight{film_suffix()}"
             self._window.say(f"saved {path.absolute()}; to make a film of it: {film}", MESSAGE_S)
 
 

@@ -151,6 +151,7 @@ class Viewer:
             self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
         if not is_first and opened.key != self.scene.opened.key:
             self.settings.forget_map()
+            self.scene.frozen = None
         self.scene.enter(opened, self.memory.last_pose(opened.key))
 
     def _tell(self, opened: Opened) -> None:

@@ -337,7 +337,12 @@ def test_bookmarks_become_a_path(viewer, tmp_path, monkeypatch):
     assert "fly MAP --path hills-001-path.json" in viewer.window.message  # these hills have no file
     viewer.scene.opened = replace(viewer.scene.opened, key="alpine")
     press(viewer, "k")
-    assert "fly alpine --path hills-002-path.json" in viewer.window.message
+    assert "fly alpine --path hills-002-path.json -o" in viewer.window.message
+    viewer.exaggerate(2.5)
+    press(viewer, "k")
+    assert "--path hills-003-path.json --exaggeration 2.5 -o" in viewer.window.message
+    eyes = [frame.camera.eye for frame in CameraPath.open("hills-003-path.json").keyframes]
+    assert np.array(eyes) == pytest.approx(np.array([frame.camera.eye for frame in path.keyframes]))  # true heights
 
 
 def test_a_saved_picture_of_errors_has_its_bar_of_colours(viewer, tmp_path, monkeypatch):

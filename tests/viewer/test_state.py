@@ -40,7 +40,12 @@ def test_memory_comes_back(tmp_path):
     ["", "{", "[]", "null", "\0\xff", '{"window": [1, "x"], "drawing": {"style": 5}, "panels": 3, "maps": []}']
     + ['{"window": [1e999, 0], "drawing": {"max_error_px": "much"}, "maps": {"hills": {"pose": [1, 2]}}}']
     + ['{"maps": {"hills": {"states": 7, "pose": [1e99, 0, 0, 0, 0, 0]}}}', '{"drawing": {"max_error_px": -1}}']
-    + ['{"maps": {"hills": {"states": {"1": {"view": {"eye": [NaN]}}}}}}'],
+    + ['{"maps": {"hills": {"states": {"1": {"view": {"eye": [NaN]}}}}}}']
+    + [
+        '{"ui_scale": BIG, "maps": {"hills": {"states": {"1": {"view": {"eye": [BIG, 0, 0]}}}}}}'.replace(
+            "BIG", "9" * 400
+        )
+    ],
 )
 def test_a_damaged_memory_is_ignored(tmp_path, text):
     path = tmp_path / "view.json"

@@ -567,6 +567,7 @@ def test_a_large_raster_is_a_preview_until_its_store_is_made(large, session_cont
         viewer.window.message = ""
         app.press("f")
         assert "Hold in memory, under Map" in viewer.window.message
+        scene.opened = replace(scene.opened, camera_given=True)  # the view stays all the same
         viewer.hold_in_memory()
         viewer.loader.job.join()
         until_complete(app)
