@@ -12,6 +12,7 @@ from hostile import HARMLESS, SECRET, Listener, make_files, vrt
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.readers import files_of
+from terrain_gl.readers.windows import RasterFile
 
 OPEN = """
 import json, sys
@@ -117,6 +118,52 @@ def test_broken_mosaics_end_in_one_line(rasterio, tmp_path, text):
     with pytest.raises(TerrainError, match=r"a\.vrt") as caught:
         Heightmap.open(tmp_path / "a.vrt")
     assert "\n" not in str(caught.value)
+
+
+def test_a_wrong_element_of_a_mosaic_does_not_print_the_mosaic(rasterio, places):
+    folder, outside = places
+    make_files(rasterio, folder, outside, "http://127.0.0.1:9")
+    (folder / "a.vrt").write_text(vrt("good.tif", 'relativeToVRT="1"').replace("Band>1<", "Band>0<"))
+    with pytest.raises(TerrainError, match="one of its elements is wrong"):
+        Heightmap.open(folder / "a.vrt")
+
+
+def test_an_empty_source_of_a_mosaic_is_named(rasterio, tmp_path):
+    (tmp_path / "empty.tif").touch()
+    (tmp_path / "a.vrt").write_text(vrt("empty.tif", 'relativeToVRT="1"'))
+    with pytest.raises(TerrainError, match=r"a\.vrt: .*empty\.tif is empty"):
+        Heightmap.open(tmp_path / "a.vrt")
+
+
+@pytest.mark.parametrize("way", ["untrusted", "trusted", "windows", "dataset"])
+def test_a_damaged_source_of_a_large_mosaic_is_no_land(rasterio, tmp_path, way):
+    """GDAL reads several sources of a window of more than a million posts at the same time."""
+    n = 1024
+    profile = {"driver": "GTiff", "height": n, "width": n, "count": 1, "dtype": "int16"}
+    heights = np.random.default_rng(0).integers(1, 3000, (n, n)).astype(np.int16)
+    with rasterio.open(tmp_path / "a.tif", "w", **profile, tiled=True, compress="deflate") as out:
+        out.write(heights, 1)
+    whole = (tmp_path / "a.tif").read_bytes()
+    (tmp_path / "b.tif").write_bytes(whole[: len(whole) // 2])
+    sources = "".join(
+        f'<SimpleSource><SourceFilename relativeToVRT="1">{name}</SourceFilename><SourceBand>1</SourceBand>'
+        f'<SrcRect xOff="0" yOff="0" xSize="{n}" ySize="{n}"/><DstRect xOff="{x}" yOff="0" xSize="{n}" ySize="{n}"/>'
+        "</SimpleSource>"
+        for name, x in (("a.tif", 0), ("b.tif", n))
+    )
+    path = tmp_path / "mosaic.vrt"
+    path.write_text(
+        f'<VRTDataset rasterXSize="{2 * n}" rasterYSize="{n}"><VRTRasterBand dataType="Int16" band="1">{sources}'
+        "</VRTRasterBand></VRTDataset>"
+    )
+    with pytest.raises(TerrainError, match=r"damaged or cut short \(b\.tif"):
+        if way == "windows":
+            RasterFile(str(path)).read(slice(0, n), slice(0, 2 * n))
+        elif way == "dataset":
+            with rasterio.open(path) as data:
+                Heightmap.of(data)
+        else:
+            Heightmap.open(path, trusted=way == "trusted")
 
 
 def test_a_mosaic_of_a_band_that_is_not_there_names_the_file(rasterio, places):

@@ -12,7 +12,7 @@ import re
 import stat
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from typing import Any
 
@@ -62,6 +62,7 @@ OFFLINE = {
 }
 _ALWAYS = {
     "GDAL_CACHEMAX": 64,  # MB; the default is a share of the machine's memory
+    "VRT_NUM_THREADS": "1",  # with several threads, GDAL reads zeros where a source is damaged, without an error
     "GDAL_NETCDF_IGNORE_XY_AXIS_NAME_CHECKS": "YES",  # x and y are coordinates, also without attributes that say so
 }
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -104,7 +105,7 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
 def open_dataset(data: Any, name: str) -> Raster:
     """Read the first band of a dataset that the caller has opened with rasterio, and closes later."""
     bands = bands_of(data, name, 1)
-    return _raster(data, name, bands, _gdal_blocks(data, name, bands, nullcontext))
+    return _raster(data, name, bands, _gdal_blocks(data, name, bands, partial(_environment, True)))
 
 
 def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
@@ -249,6 +250,8 @@ def _check_companions(files: Iterable[str], name: str) -> None:
 
 def _check_own_data(path: str, name: str) -> None:
     """Refuse kinds of files that can name any other file as their data."""
+    if not os.path.getsize(path):
+        raise damaged(name, f"{os.path.basename(path)} is empty")
     with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         if data[: len(_HDF5)] == _HDF5:
             raise TerrainError(f"{name}: is HDF5 (netCDF-4), whose data may be in any other file: {TRUST}")
