@@ -4,8 +4,8 @@
 //   Sum of squares: the box sum itself, exact.
 //   The entries are for tiles of 2^tile_log2() nodes a side. A rectangle is widened to whole tiles. Counters of 8 bits
 //   are exact for boxes of up to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
-//   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. Its error is |t|/(4 n²), where t is
-//   its twist. So the table of level 0 is used with n² times the tolerance.
+//   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. The error of a part is |t|/(4 n²),
+//   where t is the twist of the cell. So the table of level 0 is used with n² times the tolerance.
 // Provides is_within_m(), largest_m(), squares_m2().
 // Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
 

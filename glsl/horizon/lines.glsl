@@ -48,8 +48,9 @@ ivec2 post_at(vec2 towards, int step_, int place) {
 }
 
 // GLSL cannot pass images to functions. So the including file defines these functions for its own image:
-//   record_of(layer, …)      one record                record_across()   of one column, linear between its lines
-//   record_near(layer, …)    at any place, bilinear
+//   record_of(layer, …)      the record of one post
+//   record_across(layer, …)  in one column, between two lines: linear interpolation
+//   record_near(layer, …)    at any place: bilinear interpolation
 #define RECORDS_IN(records)                                                                                            \
     float record_of(int layer, vec2 towards, int step_, int place) {                                                   \
         int low = on_axes(towards, first_inside()).y;                                                                  \

@@ -25,7 +25,7 @@ struct Projection {
     float nearest_m;  // smallest depth of a point in the picture
     float stretch;    // largest value of the third factor
     float middle_m;   // depth of the box's centre, at least nearest_m
-    float sag_m;      // what the Earth's curvature adds to errors in the box: 0, unless the caller sets it
+    float sag_m;      // what curvature and rounding add to errors in the box: 0, unless the caller sets it
 };
 
 Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {

@@ -42,7 +42,7 @@ bool next_part(inout Part part) {
     return true;
 }
 
-// Sum over the page's own posts before column x and row y of the lattice.
+// Sum of heights over the posts that belong to the page and lie before column x and before row y of the lattice.
 uint sum_in(Part part, int x, int y) {
     ivec2 at = clamp(ivec2(x, y) - part.first, ivec2(0), part.count) - 1;
     // A mask is faster than a branch.

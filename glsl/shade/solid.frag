@@ -1,3 +1,4 @@
-// shade/solid.frag — the first pass of a picture, for a map without voids. Shading needs only depth from the mesh.
+// shade/solid.frag — the first pass of a picture if no cell is a hole, and the style does not show the mesh.
+//   It stores only depth: the second pass needs nothing else.
 
 void main() {}

@@ -1,4 +1,4 @@
-// shade/surface.frag — the first pass of a picture, for a map with voids whose cells are holes. Only depth is stored.
+// shade/surface.frag — the first pass of a picture if cells with voids are holes. It stores only depth.
 
 #include "shade/place.glsl"
 #include "shade/seen.glsl"

@@ -4,7 +4,7 @@ import numpy as np
 
 
 def box_sums(values: np.ndarray, height: int, width: int) -> np.ndarray:
-    """Sum over every box of a size, by the box's first row and column.
+    """Sum over every box of `height` rows and `width` columns.
 
     Parameters
     ----------
@@ -14,7 +14,7 @@ def box_sums(values: np.ndarray, height: int, width: int) -> np.ndarray:
     Returns
     -------
     sums
-        (rows - height + 1, cols - width + 1).
+        (rows - height + 1, cols - width + 1); entry [r, c] is the sum of the box that begins at row r and column c.
     """
     table = np.pad(values.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     east, west = table[:, width:], table[:, :-width]

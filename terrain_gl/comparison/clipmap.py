@@ -154,8 +154,9 @@ def _spans(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def triangles_of(blocks: np.ndarray, rims: np.ndarray) -> np.ndarray:
-    """Triangles of each block: two for each cell, minus one for each odd vertex of the border, which moves.
+    """Triangles of each block: two for each cell, minus one for each odd vertex of the border.
 
+    Such a vertex moves onto its even neighbour (glsl/comparison/clipmap/ring.vert), and one triangle disappears.
     `rims` are the last column and row of each block's level. Vertices on the rim do not move.
     """
     x, y, width, height = blocks["cells"].T

@@ -125,7 +125,7 @@ def fewest(
 def details_of(
     renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None = None, between: bool = True
 ) -> list[dict[str, Any]]:
-    """All options with which a method draws `triangles` triangles, the best guess first; `between` as for `detail_of`.
+    """Options with which a method draws about `triangles` triangles, the best guess first. `between`: see `detail_of`.
 
     The renderer forgets its last frame.
     """

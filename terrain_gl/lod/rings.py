@@ -82,8 +82,8 @@ class RingsSelector(OfPatches):
 
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
         root mean square of that error over the drawn land in the picture. With a number of triangles, the mesh has at
-        most that many. With the metric "max", it is the mesh of the smallest tolerance. With "rms", it is the mesh of
-        the rings' squares that minimises the sum of squared screen errors, weighted by `reference.post_weights`.
+        most this number. With the metric "max", a search finds the smallest tolerance whose mesh is that small. With
+        "rms", the mesh minimises the sum of squared screen errors, weighted by `reference.post_weights`.
         """
         if goal.triangles and goal.metric == "max":
             return budget.smallest_tolerance(

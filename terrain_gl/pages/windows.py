@@ -175,7 +175,7 @@ def _read(
 
 
 def _above(heightmap: PagedMap, levels: int, rows: slice, cols: slice) -> np.ndarray:
-    """Posts of a lattice that is coarser than the coarsest level."""
+    """Heights for a window whose level is `levels` above the top level: every 2^`levels`-th post of the top level."""
     posts = heightmap.posts(heightmap.top)
     at = [np.minimum(np.arange(s.start, s.stop) << levels, n - 1) for s, n in zip((rows, cols), posts, strict=True)]
     where = [slice(int(each[0]), int(each[-1]) + 1) for each in at]

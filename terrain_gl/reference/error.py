@@ -54,7 +54,7 @@ def quad_errors(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray
 
 
 def _places(y: Nodes, x: Nodes) -> tuple[np.ndarray, np.ndarray]:
-    """Place of each post in its node along x and along y, 0 to 1, in arrays that broadcast to those of errors."""
+    """Place of each post in its node, 0 to 1: along x (1, 1, cols, posts), and along y (rows, posts, 1, 1)."""
     t, s = ((axis.post - axis.low[:, None]) / (axis.high - axis.low)[:, None] for axis in (x, y))
     return t[None, None], s[:, :, None, None]
 

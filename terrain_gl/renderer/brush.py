@@ -79,7 +79,7 @@ class Brush:
 def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
     """New heights after dabs at places in world metres, one after the other; None if no post lies under any dab.
 
-    Voids stay voids. Heights are clipped to `MAX_HEIGHT_M`.
+    Voids stay voids. Heights are clipped to ±`MAX_HEIGHT_M`.
     """
     reach = brush.radius_m / np.array(heightmap.spacing_m)
     touched = [each for x_m, y_m in middles_m if (each := _touched(heightmap, reach, x_m, y_m))]

@@ -1,7 +1,8 @@
 """Shading: from the mesh to the colours of a picture, in two passes.
 
-The first pass draws the mesh and stores only the depth of each sample. Depth and ray give the place of the map that the
-sample sees (glsl/shade/seen.glsl). The second pass shades each pixel from the map itself: a summed-area table of
+The first pass draws the mesh and stores the depth of each sample. For styles that show the mesh, it also stores facts
+about the mesh (glsl/shade/detail.glsl). The depth and the ray of a sample give the place on the map that the sample
+sees (glsl/shade/seen.glsl). The second pass shades each pixel from the map itself: a summed-area table of
 heights gives the mean normal over the pixel's footprint (glsl/shade/relief.glsl). So the colours do not depend on the
 mesh. Each pixel is of one of a few kinds (glsl/shade/kind.glsl), and each kind has a program of its own.
 """

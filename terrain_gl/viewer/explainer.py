@@ -142,6 +142,6 @@ def _no_explanation(method: str) -> str:
     if method == "sat":
         return "no patch is here: the place was outside the picture when the levels were chosen"
     if REGISTRY[method].kind == CERTIFIED:
-        return "no explanation: this cell is cut between its posts; a coarser tolerance shows whole cells"
+        return "no explanation: the triangles here are smaller than a cell; with a larger tolerance they are not"
     others = " and ".join(name for name, each in REGISTRY.items() if each.kind == CERTIFIED)
     return f"method {method} gives no explanation; methods {others} explain their patches (F)"

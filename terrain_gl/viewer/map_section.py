@@ -37,7 +37,7 @@ def map_section(ui: Widgets, viewer: Viewer) -> None:
         _set_spacing(viewer, spacing)
     heightmap = viewer.scene.heightmap
     east, north = heightmap.extent_m
-    hint = "Metres east and north, or east alone, between the map's outer posts; with km they are kilometres."
+    hint = "Metres east and north, or east alone, between the map's outer posts. For kilometres, write km."
     now = f"{east:.6g} × {north:.6g}"
     if (typed := ui.enter("map size", now, "metres, then Enter", hint)) not in (None, now):
         _set_size(viewer, typed)

@@ -1,8 +1,8 @@
 // lod/quadtree/summary.glsl — the numbers of the view's mesh; with a budget, also the price of a triangle.
 //   With a budget, each node is drawn in the way that makes   squared screen error + λ · triangles   smallest.
 //   The error is weighted as in lod/quadtree/price.glsl. The price λ is the same for all nodes.
-//   Then no mesh with at most as many triangles has a smaller error (Everett 1963, "Generalized Lagrange multiplier
-//   method").
+//   No other mesh with at most as many triangles as this mesh has a smaller squared error (Everett 1963, "Generalized
+//   Lagrange multiplier method").
 //   terrain_gl/lod/quadtree.py searches for the λ that gives the budget's number of triangles.
 // Provides the summary, has_budget().   Python twin: gpu.layout.SUMMARY
 
