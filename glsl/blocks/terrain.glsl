@@ -21,7 +21,8 @@ layout(std140, binding = 0) uniform Terrain {
     float u_low_m;         // low end of the quantisation range
     float u_span_m;        // width of the quantisation range
     int u_has_voids;
-    // the octave at which narrow classes begin; then the octaves of one class: above them, among them, below them
+    // x: octaves from the span down to the first narrow class; y, z, w: octaves of one class above the narrow classes,
+    // of a narrow class, and of one class below the narrow classes
     vec4 u_class_octaves;
     Level u_level[MAX_LEVELS];
 };

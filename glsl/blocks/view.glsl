@@ -2,7 +2,7 @@
 //   floats are precise near the eye, even if the eye is far from the map's corner.
 //   The Earth is round: at the distance r from the eye, a post is drawn lower by its drop r² / 2R.
 //   Between posts the drop is bilinear, like the heights.
-//   Let f and g be the fractions of the way to the next post, east and south. Then the drop is
+//   For a place between posts, let f and g be its fractions of the way to the next post, east and south. Its drop is
 //       r² / 2R + f (1 - f) s_x² / 2R + g (1 - g) s_y² / 2R.
 //   So the drop of a cell of the map is a plane, which adds no error.
 //   The drops lower a triangle in a cell of 2^j posts, j ≥ 1, more than the posts under it, by the cell's sag at most:

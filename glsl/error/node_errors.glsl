@@ -162,8 +162,8 @@ float bend_m(float tau, vec2 cells) {
     return any(lessThan(cells, vec2(0.5))) ? 0.0 : abs(tau) * min(1.0 / cells.x + 1.0 / cells.y, 1.0);
 }
 
-// bend_m() of a node as a quad, and as a fan. In a fan, each quarter between the centre and a corner counts, with both
-// of its edges whole, and with both split.
+// bend_m() of a node as a quad, and as a fan. In a fan, each quarter between the centre and a corner counts, with each
+// of its two outer edges whole or split.
 vec2 kinks_m(Node n) {
     vec2 kink = vec2(bend_m(n.h[0][0] - n.h[0][2] - n.h[2][0] + n.h[2][2], n.before + n.after), 0.0);
     for (int y = 0; y <= 2; y += 2)

@@ -1,6 +1,6 @@
 // error/small.comp — nodes of 2 × 2 or 4 × 4 cells that the map's rim does not cut off. Loops have constant bounds, so
-//   compilers unroll them, compute weights, and read each height once. Mesa unrolls a loop of any length only if its
-//   variable is the index of an array of as many elements. So the last two loops begin at 0.
+//   compilers unroll them, compute weights, and read each height once. Mesa unrolls a long loop only if the loop
+//   variable is the index into an array with as many elements as the loop has steps. So the last two loops begin at 0.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #define WHOLE_NODES true

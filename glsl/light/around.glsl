@@ -25,7 +25,7 @@ Material plain_material(vec2 place) {
     return Material(mix(vec3(0.090, 0.104, 0.048), vec3(0.205, 0.165, 0.110), climate_at(place).dryness), 0.95);
 }
 
-// Soil and layers of rock, whose thickness depends on the height of the wall.
+// Soil and layers of rock. The thickness of the layers depends on the span of the map's heights.
 vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
     float high_m = max(rim_m_at(place) - u_edge_m, 1e-3);
     float thick_m = 0.25 * u_span_m + 1e-3;

@@ -1,7 +1,7 @@
 // mesh/error.frag — the error of the drawn triangle at one place, in metres: positive if it is above the truth.
 //   Each pixel is one place: a cell has PLACES × PLACES places, posts included. Coordinates are counted in 64ths of the
-//   distance between posts: then those of all vertices and places are integers, and so are all areas. They are below
-//   2^53, so they are exact in double precision.
+//   distance between posts: then those of all vertices and places are integers, and so are all areas. All are below
+//   2^53, so double precision is exact.
 //   The triangle is drawn with the drops of its corners, and the truth has the drop of the place (blocks/view.glsl). A
 //   plane that is added to both does not change their difference. So we may take the drops for an eye at the place
 //   itself, where they are small.

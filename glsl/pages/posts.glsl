@@ -1,15 +1,15 @@
 // pages/posts.glsl — shade/posts.glsl for a map of which only some pages are on the GPU (pages/terrain.glsl).
 //   Each page has the summed-area table of its own posts.
 //   A post on the border of two pages belongs to the second page; the last pages have one row or column more.
-//   So the parts of a box in all pages add up to the box, exactly: words wrap.
+//   So the sums of the parts of a box add up to the sum of the box, exactly modulo 2^32.
 // Provides the functions of shade/posts.glsl.   Python twins: reference.sat, terrain.steps_of
 
 struct Part {
     int level;
     ivec4 pages;   // first and last page over the box
     ivec2 page;
-    ivec2 first;   // first post of the page; then the number of posts that belong to it
-    ivec2 count;
+    ivec2 first;   // first post of the page
+    ivec2 count;   // columns and rows of posts that belong to the page
     int first_word;
 };
 

@@ -49,7 +49,7 @@ float entry_depth(vec3 ray) {
     return near > 0.0 && near < min(last.x, last.y) && !(plain > 0.0 && plain < near) ? near : -1.0;
 }
 
-// The view depth at which a ray meets the wall below the rim, and the place where it does; negative if it does not.
+// The view depth at which a ray meets the wall below the rim, negative if it does not; and the place on the rim there.
 float wall_depth(vec3 ray, out vec2 place) {
     float entry = entry_depth(ray);
     place = rim_place(entry * ray.xy, post_from_eye_m(ivec2(0, u_last_post.y)));

@@ -1,7 +1,7 @@
 // shade/footprint.glsl — the footprint of a pixel: the part of the map that it sees.
 //   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels.
 //   Projected along the view ray onto the plane of the ground, it is a parallelogram with sides u and v on the map.
-//   The box around its ellipse has the half sides √(u² + v²)/2, in columns and rows.
+//   The footprint is the box around the ellipse inside this parallelogram. Its half sides are √(u² + v²)/2.
 //   The plane has the slope of a wider neighbourhood, so the footprint depends on the map and the camera,
 //   and not on the mesh.
 //   Samples see small bumps, so the places that they see jump when the eye moves.

@@ -6,7 +6,7 @@
 
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
-    int map_log2 = findMSB(max(u_last_post.x, u_last_post.y) - 1) + 1;  // u_top_level of a store has smaller nodes
+    int map_log2 = findMSB(max(u_last_post.x, u_last_post.y) - 1) + 1;  // a store's u_top_level may be lower
     vec3 tint = viridis(d.step_log2 / max(float(map_log2) - 4.0, 1.0));
     tint = mix(tint, vec3(1.0), d.fan ? 0.45 : 0.18);
     return tint * (0.40 + 0.75 * clay(g)) * (1.0 - 0.65 * d.border);

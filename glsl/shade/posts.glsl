@@ -10,7 +10,7 @@
 #include "blocks/terrain.glsl"
 
 // A storage block, or the same buffer as a texture:
-// software renderers read a texture in a third of the time, but it may hold fewer words.
+// software renderers read a texture in a third of the time, but a texture may hold fewer words.
 #ifdef WORDS_IN_TEXTURES
 layout(binding = 10) uniform usamplerBuffer u_height_sums;
 #define HEIGHT_SUM(i) texelFetch(u_height_sums, i).x

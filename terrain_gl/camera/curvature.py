@@ -15,7 +15,7 @@ from ..readers.geodesy import WGS84
 from .camera import Camera
 
 MODES = ("auto", "on", "off")
-FROM_M = 50e3  # shortest longer side of a map with a coordinate system that "auto" draws with curvature
+FROM_M = 50e3  # "auto" draws a map flat if its longer side is shorter than this
 
 
 def bend_per_m(heightmap: Heightmap, mode: str, refraction: float) -> float:

@@ -69,7 +69,7 @@ def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[s
 
 
 def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
-    """Number of contour lines. Each is drawn a little above its height, so none is at the highest post."""
+    """Number of visible contour lines. A line at the highest height is not visible: it is drawn above its height."""
     every = asked_m or interval_m(low_m, high_m)
     return math.ceil(high_m / every) - math.ceil(low_m / every)
 

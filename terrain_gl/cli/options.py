@@ -239,7 +239,7 @@ def _opened(
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:
-    """Refuse outputs that cannot be written, or that are also inputs: the map, or a file such as that of `--path`."""
+    """Refuse outputs that cannot be written, or that are also inputs: the map, or the file of an option."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
     others = [path for name in FILES if (path := getattr(args, name, None))]

@@ -2,9 +2,9 @@
 
 For the mesh that each method draws, we report its triangles, its screen error over the surface in the picture
 (`Renderer.measure`), and the difference of its picture from the true one (`likeness`). The truth is every post of the
-map with the bilinear surface in between (`bilinear`). All pictures are supersampled: each pixel is drawn as 4 × 4
-pixels of 4 samples. Shading reads the map and not the mesh, so pictures differ only by geometry. `own_surface` can
-shade baselines from their own meshes instead.
+map with the bilinear surface in between (`bilinear`). All pictures are supersampled: by default, each pixel is
+drawn as 4 × 4 pixels of 4 samples. Shading reads the map and not the mesh, so pictures differ only by geometry.
+`own_surface` can shade baselines from their own meshes instead.
 
 Many parameters of a baseline give the same number of triangles. We report the smallest RMS screen error among them,
 and the picture nearest to the truth.

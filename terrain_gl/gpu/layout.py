@@ -60,7 +60,7 @@ TERRAIN = np.dtype(
 
 
 def class_octaves(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
-    """The octave at which narrow error classes begin; then the octaves of a class above, among and below them."""
+    """Octaves from the span to the first narrow class; then octaves of one class above, among and below them."""
     cell_m = math.sqrt(spacing_m[0] * spacing_m[1])
     begin = max(2.0, math.log2(span_m / (NARROW_CELLS * cell_m)))
     return np.array([begin, begin / WIDE_CLASSES, NARROW_OCTAVES, LAST_OCTAVES], np.float32)
@@ -92,7 +92,7 @@ class NodeRecords(NamedTuple):
     whole: np.ndarray  # (..., 4) errors of the fan's wedges west, north, east, south if their edge is whole
     split: np.ndarray  # the same if the edge is split
     has_voids: np.ndarray
-    cut_max: np.ndarray  # of a cell of a patch, whatever edges of it are cut
+    cut_max: np.ndarray  # errors of one cell of a patch: bounds for any choice of cut edges
     cut_rms: np.ndarray
 
 

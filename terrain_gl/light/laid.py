@@ -245,7 +245,7 @@ def _resampled(
 
 
 def _share(opacity: np.ndarray) -> np.ndarray:
-    """Opacity from 0 to 1. Floats have no common largest value, so all of them but 0 count as opaque."""
+    """Opacity from 0 to 1. Floats have no common largest value, so every float except 0 counts as opaque."""
     if opacity.dtype.kind == "f":
         return (opacity != 0).astype("f4")
     return opacity.astype("f4") / np.float32(np.iinfo(opacity.dtype).max)

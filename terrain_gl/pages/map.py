@@ -135,7 +135,7 @@ class PagedMap(Heightmap):
         return None
 
     def part(self, rows: slice, cols: slice, level: int = 0) -> np.ndarray:
-        """The true heights of a rectangle of posts, (rows, cols) metres, NaN where void. It may wait for a disk."""
+        """The true heights of a rectangle of posts, (rows, cols) metres, NaN where void. This may wait for a disk."""
         return known(self.lattice_heights(level, rows, cols), self.lattice_marks(level, rows, cols))
 
     def version(self, key: PageKey) -> int:

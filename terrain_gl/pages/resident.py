@@ -30,7 +30,7 @@ class ResidentHeights(PostsOnDemand):
         self.copies = np.empty((slots, heightmap.tile + 1, heightmap.tile + 1), np.float32)
 
     def copy(self) -> ResidentHeights:
-        """The present heights, which stay when other pages are loaded."""
+        """A copy of the present heights, which does not change when other pages are loaded."""
         other = copy(self)
         slots, place = np.unique(self._finest & 0xFFFFFF, return_inverse=True)
         other._finest = (self._finest & 0xFF000000) | place.reshape(self._finest.shape).astype(np.uint32)

@@ -120,7 +120,7 @@ def damaged(name: str, reason: str) -> TerrainError:
 
 
 def one_line(error: BaseException) -> str:
-    """A library's message as one short line; of its cause, if it has one."""
+    """A library's message as one short line; if the error has a cause, the message of the cause."""
     text = re.sub(r"\?if=[\w,]+", "", str(error.__cause__ or error))  # drivers that `vrt.py` adds to a name
     text = re.sub(r"<VRTDataset.*>: No such file or directory", "one of its elements is wrong", text, flags=re.DOTALL)
     return " ".join(text.split())[:120]

@@ -148,7 +148,7 @@ class RasterFile(WindowedRaster):
 
     @property
     def _strip(self) -> int:
-        """Number of rows that are read at once. More rows, in float64, would take more memory than the map."""
+        """Number of rows that are read at once: few, because they are in float64, and the map is in float32."""
         return max(_LEAST_STRIP, _STRIP_POSTS // self.shape[1])
 
     def _in_strips(self) -> np.ndarray:

@@ -152,7 +152,7 @@ def _rays(
     sines: np.ndarray,
     azimuths: int,
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
-    """For each ray: the lobe's value there, the ray's direction, and the cells whose horizon is below the ray."""
+    """For each ray: the lobe's value along it, the ray's direction, and the cells whose horizon is below the ray."""
     middles = middles_of_cells(heights)
     flat = np.sqrt(1 - sines * sines)
     for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:

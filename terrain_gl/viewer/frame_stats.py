@@ -87,9 +87,9 @@ class Record:
 
     ms: dict[str, float]
     triangles: int
-    bound_px: float | None  # 0 if nothing is certified
+    bound_px: float | None  # 0 if no finite bound is certified
     measured_px: float | None = None
-    point_px: float | None = None  # the bound, if it holds for every point and not only for the mean
+    point_px: float | None = None  # the bound, if it holds for every point and not only for the root mean square
 
 
 @dataclass

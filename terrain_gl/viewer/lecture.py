@@ -38,7 +38,7 @@ class Station:
 
 
 def read_lecture(path: str | None = None) -> list[Station]:
-    """The stations of a file; by default those that come with the package.
+    """The stations of a file; by default the stations that come with the package.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 // comparison/tessellated/measures.glsl — the target length of segments in pixels.
 //   The eye is the one for which the patches were cut; the picture may be seen from elsewhere.
-//   A segment is no shorter than a cell of the map, or than a part of it if cells are cut in `u_parts` parts a side.
+//   A segment is at least 1 / u_parts of a cell of the map.
 // Provides u_edge, u_parts, from_middle_m().   Python twin: comparison.tessellated.MEASURES
 
 #include "blocks/terrain.glsl"

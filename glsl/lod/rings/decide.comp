@@ -1,8 +1,8 @@
 // lod/rings/decide.comp — decides into which squares a block is cut, and how many segments each has.
 //   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the
-//   tolerance. From the units up, four parts are joined wherever the whole square costs no more than they do:
+//   tolerance. From the units up, four parts are joined wherever the whole square costs no more than the parts:
 //       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
-//   Four parts cost least with two segments a side each. If a square costs no more than that, its parts are not tried.
+//   Four parts cost at least 4 (8 + PATCH_COST). If a square costs no more than this, its parts are not tried.
 //   One work group handles one block; its THREADS share the squares.   Python twin: reference.rings.cut_block
 
 #include "lod/rings/squares.glsl"

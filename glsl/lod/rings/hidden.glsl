@@ -1,11 +1,12 @@
 // lod/rings/hidden.glsl — land behind ridges, by a horizon around the eye (Lloyd & Egbert 2002).
 //   The plane around the eye is cut into SECTORS wedges. Shell k has the radius
-//       r_k = 64 s (2^(k / 45) - 1),      s the smaller spacing: steps of about s near the eye, of r_k / 64 far away.
+//       r_k = 64 s (2^(k / 45) - 1),      s the smaller of the two spacings of the map.
+//   Neighbouring radii differ by about s near the eye, and by about r_k / 64 far away.
 //   horizon(i, k) is the largest slope, (height - eye) / distance, of land up to shell k that spans all of sector i.
-//   Heights are lower bounds of the map. The surface is drawn at most E pixels off, so the eye sees it off by an angle
-//   of at most φ = 2 arctan(E / 2K), K the focal length in pixels (docs/hidden.md). So a sight line to a place beyond
-//   shell k is blocked if it is more than φ below the horizon. A box is hidden if this holds for its highest sight
-//   line, in all sectors that it spans.
+//   The heights in the horizon are lower bounds of the map's heights. The surface is drawn at most E pixels off, so the
+//   eye sees it off by an angle of at most φ = 2 arctan(E / 2K), K the focal length in pixels (docs/hidden.md). So a
+//   sight line to a place beyond shell k is blocked if it is more than φ below the horizon. A box is hidden if this
+//   holds for its highest sight line, in all sectors that it spans.
 // Provides sector_direction(), shell_radius_m(), is_hidden().
 // Python twins: reference.sectors_of, reference.sector_directions, reference.is_hidden
 

@@ -89,7 +89,7 @@ bool is_waiting(ivec2 low, int side_log2, out int level) {
     return level > finest;
 }
 
-// The finest spacing that can reduce the error. Where finer posts are not loaded, it is the spacing of those that are.
+// The finest spacing that can reduce the error. Where finer posts are not loaded, it is the spacing of loaded posts.
 int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     int level, finest = finest_step(side_log2, ring);
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;

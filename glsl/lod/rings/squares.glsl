@@ -1,7 +1,7 @@
 // lod/rings/squares.glsl — the squares of a block, and which of them become leaves.
 //   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a
-//   cost of its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they
-//   do.
+//   cost of its own. Then, from the units up, four parts are joined wherever the whole square costs no more than
+//   the four parts.
 // Provides block, root_block(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(), write_units().
 // Python twin: reference.rings.cut_block
 
