@@ -14,8 +14,8 @@
 layout(std140, binding = 1) uniform View {
     mat4 u_clip_from_eye;
     vec4 u_right, u_up, u_forward;  // unit vectors of the picture, xyz
-    ivec2 u_eye_post;               // a post near the eye; then the offset from that post to the eye
-    vec2 u_eye_offset_m;
+    ivec2 u_eye_post;               // a post near the eye
+    vec2 u_eye_offset_m;            // offset from that post to the eye
     vec2 u_half_extent;             // largest |x/z|, |y/z| in the picture
     ivec2 u_size_px;                // size of the whole picture in drawn pixels
     ivec2 u_first_px;               // lower left pixel of the piece that is drawn now

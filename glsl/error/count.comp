@@ -12,8 +12,8 @@ layout(std430, binding = 2) writeonly buffer Squares { uvec2 square[]; };
 uniform int u_which_level;
 uniform int u_first_counter;  // where the tables of counters and squares begin in their buffers
 uniform int u_first_square;
-uniform ivec2 u_first;  // first tile; then columns and rows of tiles
-uniform ivec2 u_count;
+uniform ivec2 u_first;  // first tile
+uniform ivec2 u_count;  // columns and rows of tiles
 
 // Largest error of a node as a cell of a patch, whatever edges of it are cut, and the sum of its squared errors in
 // units of span². A cell of the map, level 0, has errors only between its posts: at most |t|/4, and |t|/8 in the root

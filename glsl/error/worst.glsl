@@ -7,8 +7,8 @@
 #include "error/node_errors.glsl"
 
 uniform int u_which_level;
-uniform ivec2 u_first;  // first node to compute; then columns and rows of nodes
-uniform ivec2 u_count;
+uniform ivec2 u_first;  // first node to compute
+uniform ivec2 u_count;  // columns and rows of nodes
 
 struct Worst {
     vec3 max_m;             // as a quad, as a fan, as a cell of a patch with any edges cut

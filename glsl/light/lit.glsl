@@ -79,7 +79,8 @@ void add_sky(inout Lit l, vec3 towards_eye, mat4x3 visible) {
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
-// V ⟨n, sun⟩ of one place, and ⟨n, sun⟩; V is the visible share of the sun. A store has no means of sunlight: there, a large footprint has its mean slope.
+// V ⟨n, sun⟩ of one place, and ⟨n, sun⟩; V is the visible share of the sun. A store has no means of sunlight: there, a
+// large footprint has its mean slope.
 vec2 sun_at(Ground g, vec2 post, float grained) {
     vec2 extent = PART * g.extent;
     vec2 slope = mix(relief_of(post, vec2(0.0)).slope, g.fine.slope, HAS_SUMS ? 0.0 : farness(g.extent));
@@ -87,7 +88,7 @@ vec2 sun_at(Ground g, vec2 post, float grained) {
     return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post, extent), 1.0);
 }
 
-// The mean over the parts of the footprint; each covers an equal part of the picture.
+// Adds the sunlight: its mean over the parts of the footprint. Each part covers an equal part of the picture.
 // Near the eye, a part is the place that one sample sees.
 void add_sun(inout Lit l, Ground g, vec2 lean) {
     float far = HAS_SUMS ? farness(g.extent) : 0.0;

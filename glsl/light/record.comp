@@ -7,8 +7,8 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 3) writeonly buffer Values { int value[]; };
 
-uniform ivec2 u_first;  // first block; then columns and rows of blocks
-uniform ivec2 u_count;
+uniform ivec2 u_first;  // first block
+uniform ivec2 u_count;  // columns and rows of blocks
 uniform int u_first_row;  // first of these rows in this run
 
 void main() {

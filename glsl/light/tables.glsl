@@ -22,7 +22,9 @@ layout(std430, binding = 5) readonly buffer Sunlit { uint sunlit[]; };
 
 struct TexelBox {
     ivec2 size;
-    ivec4 x, row;  // columns before the sides; rows before the sides, times the table's width; negative before the rim
+    // x: the two columns beside the west side, then the two beside the east side; negative if outside the table.
+    // row: the same for the rows beside the north and south sides, times the table's width.
+    ivec4 x, row;
     vec4 part;     // fraction of a texel that a side is beyond its first word: west, north, east, south
     float area;
 };

@@ -41,7 +41,7 @@ vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(
 Projection project(Box box, float margin) {
     // There is no picture, so nothing is outside.
     if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0, 0.0);
-    // How far the corners lie beyond the picture's right, top, left and bottom: the least and the most of them.
+    // How far the corners lie beyond the picture's right, top, left and bottom: minimum and maximum over the corners.
     vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);
     float nearest = 1e30, farthest = -1e30, near = near_m();
     vec2 low = vec2(1e30), high = vec2(-1e30);

@@ -1,7 +1,7 @@
 // mesh/patch.tesc — the tessellation levels of a patch, from its record. The inner level is the patch's own number of
 //   segments. The level of an edge is the number of segments of its finer side. With OWN_EDGES it is the patch's own
-//   number, so the mesh has cracks. Inner level 2 gives one inner vertex, the centre of a fan. In views from above, patches
-//   outside the picture are dropped. With FINER, each segment of a patch is cut into FINER segments.
+//   number, so the mesh has cracks. Inner level 2 gives one inner vertex, the centre of a fan. In views from above,
+//   patches outside the picture are dropped. With FINER, each segment of a patch is cut into FINER segments.
 // Python twins: reference.patch_triangles, reference.fan_triangles
 
 #include "mesh/shape.glsl"

@@ -50,7 +50,7 @@ float largest_of_level_m(ivec2 low, ivec2 end, int level) {
     return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
 }
 
-// Whether a node of the box has a hole; all pages of the level over the box are loaded.
+// Whether a node of the box has a hole. All pages of this level over the box must be loaded.
 bool has_holes(ivec2 low, ivec2 end, int level) {
 #ifndef NO_VOIDS
     if (u_has_voids == 0) return false;

@@ -7,8 +7,8 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer Words { uint word[]; };
 
-uniform ivec2 u_first;  // first post; then columns and rows of posts
-uniform ivec2 u_count;
+uniform ivec2 u_first;  // first post
+uniform ivec2 u_count;  // columns and rows of posts
 uniform int u_first_row;  // first of these rows in this run
 uniform float u_steps_per_m;
 

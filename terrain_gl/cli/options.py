@@ -189,7 +189,7 @@ def open_scene(
     name = args.map if name is None else name
     check_outputs(args, name)
     if args.time is None and args.latitude is not None:
-        raise UsageError("--time and --latitude go together: give both, or --sun")
+        raise UsageError("--latitude needs --time: give both, or --sun")
     heightmap, known, seen = _opened(args, name, progress)
     args.sun = args.sun or clock_sun(args, heightmap)
     start = known.camera if known and not args.view else _first_view(args, seen)
@@ -262,7 +262,7 @@ def clock_sun(args: argparse.Namespace, heightmap: Heightmap) -> tuple[float, fl
     latitude, longitude = args.latitude, args.longitude
     if latitude is None:
         if heightmap.place is None or heightmap.place.crs is None:
-            raise UsageError("--time and --latitude go together, as the place of the map is not known; or give --sun")
+            raise UsageError("--time needs --latitude, because the place of the map is not known; or give --sun")
         middle = heightmap.place.middle
         latitude, longitude = middle[1], middle[0] if longitude is None else longitude
     if args.time.tzinfo is not None and longitude is None:

@@ -153,7 +153,7 @@ def shells_within(heightmap: Heightmap, far_m: float) -> int:
 def ridge_before(slopes: np.ndarray, heightmap: Heightmap, camera: Camera, x: float, y: float) -> tuple[float, float]:
     """World (x, y) of the land that rises highest in front of a place, as seen from the eye; exact to about a shell.
 
-    `slopes` are those of `slopes_of`.
+    `slopes` is the result of `slopes_of`.
     """
     away = np.array([x, y]) - camera.eye[:2]
     unit_m = SHELL_SPACINGS * min(heightmap.spacing_m)

@@ -7,8 +7,8 @@ import numpy as np
 
 from .surface import Surface
 
-METRICS = ("max", "rms")  # what a tolerance in pixels bounds, or a budget minimises; tolerances in metres: `METRES`
-METRES = "metres"
+METRICS = ("max", "rms")  # what a tolerance in pixels bounds, or a budget minimises
+METRES = "metres"  # takes the place of a metric if the tolerance is in metres
 INFINITE_PX = 9e29  # errors above this are infinite; a little below INFINITE_PX of glsl/lod/project.glsl
 
 

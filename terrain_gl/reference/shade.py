@@ -25,7 +25,10 @@ def relief(
 
 
 def _halves(sums: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[float, float, float]:
-    """Mean over the box from a to c; east half minus west half; south half minus north half. Row and column 0 of `sums` are 0."""
+    """Mean over the box from a to c; east half minus west half; south half minus north half.
+
+    Row 0 and column 0 of `sums` are 0.
+    """
 
     def S(x: float, y: float) -> float:
         i, j = min(int(x), sums.shape[1] - 2), min(int(y), sums.shape[0] - 2)

@@ -158,7 +158,7 @@ class Editor:
 
     @steps_in_session
     def range_steps(self, quantised_m: tuple[float, float]) -> Steps[None]:
-        """Remove headroom, like `headroom_steps`; `quantised_m` is an earlier value of `Heightmap.quantised_m`."""
+        """Remove headroom in steps, as `headroom_steps` adds it; `quantised_m`: earlier `Heightmap.quantised_m`."""
         if not self.resources.streaming:
             yield from self._take_steps(self.resources.terrain.with_range(quantised_m))
 

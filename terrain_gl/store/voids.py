@@ -92,7 +92,7 @@ def _size(pyramid: StoreSizes, level: int) -> tuple[int, int]:
 
 
 def _around(pyramid: StoreSizes, level: int, at: tuple[int, int], posts: int) -> Area:
-    """A shard on a level of halved heights, with posts around it, cut at the map's rim."""
+    """The area of a shard on a level of halved heights, with `posts` more on each side, cut at the map's rim."""
     side = pyramid.shard >> level
     rows, cols = (
         slice(max(k * side - posts, 0), min((k + 1) * side + posts, n))

@@ -139,7 +139,7 @@ class Painter:
         return changed
 
     def _announces(self, spec: FrameSpec) -> bool:
-        """Whether this frame shows the old picture, because the new one is of a new kind, which needs programs.
+        """Whether this frame shows the old picture, because the new picture needs programs that are not compiled yet.
 
         Compiling them can take seconds. Until then the window shows the divider of a new split, and a message.
         """

@@ -58,7 +58,7 @@ class Settings:
         self.sides = [side.otherwise(max_error_px=1.0) if side.triangles else side for side in self.sides]
 
     def toggle(self, choice: str) -> None:
-        """Show the panel or the help page, or hide it: "panel", "help"."""
+        """Show or hide the panel ("panel") or the help page ("help")."""
         setattr(self, choice, not getattr(self, choice))
 
     def toggle_contours(self) -> None:

@@ -27,8 +27,8 @@ in int in_level;
 layout(std140, binding = 4) uniform Clipmap {
     vec2 u_reach;        // cells from the eye to the ring's border, in columns and rows
     vec2 u_transition;   // w, cells
-    ivec2 u_middle;      // the post at the centre of the rings; then the offset to the eye: metres east, north
-    vec2 u_middle_m;
+    ivec2 u_middle;      // the post at the centre of the rings
+    vec2 u_middle_m;     // offset from this post to the eye: metres east, north
     int u_coarsest;      // level
 };
 

@@ -58,7 +58,7 @@ float horizon_needed(float slope) {
     return level > 0.0 ? (slope + tan_off) / level : NEVER;
 }
 
-// The first and the last sector of a box, as fractions.
+// The first and the last sector of a box, as numbers with fractions.
 vec2 sectors_of(Box box) {
     vec2 low = box.low.xy, high = box.high.xy;
     vec4 corner = vec4(sector_of(low), sector_of(high), sector_of(vec2(low.x, high.y)), sector_of(vec2(high.x, low.y)));
