@@ -1,6 +1,6 @@
 // blocks/terrain.glsl — the map for every stage: its posts, its quadtree, its heights.
 //   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to
-//   it. Level 0 has the cells of the map; level u_top_level has one node over the whole map.
+//   it. Level 0 has the cells of the map; level u_top_level has one node over the whole map (of a store, maybe more).
 //   Heights are metres above the terrain's base; voids are filled from their rim.
 // Provides height_m(), marks_at(), is_hole(), twist_m(), node_index(), unpack_range(), class_limit_m(),
 // class_of_octave(), tile_log2().   Python twins: gpu.layout.TERRAIN, reference.twists, reference.class_limits

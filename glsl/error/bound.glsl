@@ -64,7 +64,7 @@ float largest_m(ivec2 low, ivec2 end, int step_log2) {
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
     int sure = -1, beyond = CLASSES / 4, layer = beyond / 2;  // layers of four classes
-    // counts of the four classes of layer `beyond`; of the current layer, summed so far
+    // four: counts of the classes of layer `beyond`. here: counts of the current layer, over the parts looked up so far
     uint four = 1u, here = 0u;
     for (ivec2 at = tiles.xy; beyond - sure > 1;) {
         here |= count_sum(counts, layer, at, min(at + 15, tiles.zw));

@@ -48,7 +48,7 @@ vec3 plain_light(vec2 at_m, vec3 towards_eye) {
 
 // The plain of a round Earth ends at the limb.
 // Its distance from the eye is r = √(h / bend), and its slope below the horizontal is 2 √(h · bend),
-// for an eye at the height h. Both are 0 on a flat Earth.
+// for an eye at the height h. On a flat Earth the slope is 0, and there is no limb.
 float limb_root(float factor) { return sqrt(max(-up_from_eye_m(u_edge_m), 0.0) * factor); }
 
 // The sky just above the limb.

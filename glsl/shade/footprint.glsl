@@ -1,7 +1,8 @@
 // shade/footprint.glsl — the footprint of a pixel: the part of the map that it sees.
 //   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels.
 //   Projected along the view ray onto the plane of the ground, it is a parallelogram with sides u and v on the map.
-//   The footprint is the box around the ellipse inside this parallelogram. Its half sides are √(u² + v²)/2.
+//   The footprint is the box around the ellipse inside this parallelogram. Its half sides are √(u² + v²)/2,
+//   for columns and for rows.
 //   The plane has the slope of a wider neighbourhood, so the footprint depends on the map and the camera,
 //   and not on the mesh.
 //   Samples see small bumps, so the places that they see jump when the eye moves.
@@ -18,7 +19,7 @@
 struct Ground {
     vec2 post;
     vec2 extent;      // sides of the footprint in posts, columns and rows
-    vec2 u, v;        // a pixel to the right and up, in posts
+    vec2 u, v;        // sides of the parallelogram, in posts: one pixel right, one pixel up
     int samples;      // the samples, as bits, that see this ground; each sees a part of the footprint
     Relief fine;      // mean height and slope of the footprint
     vec3 from_eye_m;

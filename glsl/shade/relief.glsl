@@ -44,11 +44,11 @@ void sums_on(int level, int x[6], int y[6], out uint sum[36]) {
     } while (next_part(part));
 }
 
-// Sums along a row of words, relative to the western side, interpolated to the three sides a, b, c.
+// Sums along a row of words, relative to the western side and to row 0, interpolated to the three sides a, b, c.
 vec3 sums_of_row(uint sum[36], int row, vec3 part) {
     float sums[6];
     for (int i = 0; i < 6; i++) {
-        uint first = sum[i] - sum[0];  // unsigned, wraps: exact however large the map
+        uint first = sum[i] - sum[0];  // unsigned integers wrap, so differences are exact
         sums[i] = float(sum[6 * row + i] - sum[6 * row] - first);
     }
     return mix(vec3(sums[0], sums[2], sums[4]), vec3(sums[1], sums[3], sums[5]), part);

@@ -70,7 +70,7 @@ def files_read(name_or_path: str) -> list[str]:
 
 
 def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:
-    """Open a bundled map or a file. The second result is the bundled map, None if an option changes its scales.
+    """Open a bundled map or a file. The second result is the bundled map; None for a file, or if options set scales.
 
     Parameters
     ----------

@@ -373,7 +373,7 @@ def lattice_direction(towards: Vector, spacing_m: tuple[float, float]) -> Direct
 def lattice_directions(count: int) -> list[Direction]:
     """`count` directions, counter-clockwise from the east; `count` is a multiple of 8.
 
-    A direction is a step in columns and rows, of which the larger is 1. So many posts lie exactly on the lines.
+    A direction is a step in columns and rows; the larger of both is 1. Therefore many posts lie exactly on lines.
     """
     fine = count // 8
     eighth = [(1.0, i / fine) for i in range(fine)]

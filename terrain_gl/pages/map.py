@@ -114,7 +114,7 @@ class PagedMap(Heightmap):
     tile: int  # nodes along a side of a page, a power of two
     top: int  # the coarsest level
     gpu_bytes: int = 512 << 20  # limit of the GPU memory for pages
-    memory_bytes: int = 512 << 20  # limit of this process's memory for all data of the map
+    memory_bytes: int = 512 << 20  # limit of this process's memory for data that is read
 
     def page(self, key: PageKey) -> Page:
         """Read a page. If it is missing or damaged, a `TerrainError` says which page, and why."""

@@ -114,7 +114,7 @@ class PagePool:
         self._is_changed = True
 
     def show(self, keys: Iterable[PageKey]) -> None:
-        """Show hidden pages again. `keys` has coarse pages first. A page is removed if the page above it is gone."""
+        """Show hidden pages again; `keys` has coarse pages first. Remove a hidden page if the page above it is gone."""
         for key in keys:
             if key in self._hidden and above(key) in self.slot_of:
                 self._enter(key, self._hidden.pop(key))

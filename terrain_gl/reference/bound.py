@@ -81,7 +81,7 @@ def parts_error(twist: np.ndarray, n: int) -> np.ndarray:
 
 
 def cell_error(twist: np.ndarray, segments_log2: int) -> np.ndarray:
-    """Largest distance between a cell with 2^segments_log2 segments inside and whole edges, and the truth."""
+    """Largest error of a cell that is cut into n × n parts, n = 2^segments_log2, but whose edges are whole."""
     n = 2.0**segments_log2
     return np.abs(twist) / 4 * (1 / n**2 if segments_log2 < 2 else (1 - 1 / n) / n)
 

@@ -203,7 +203,7 @@ def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) 
 def node_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> NodeErrors:
     """Errors of every node of a level ≥ 1; posts (rows, cols) in metres. Void posts are drawn but not measured.
 
-    Fan maxima here are those of the level alone. The GPU's table is nested: the maximum of these and the children's.
+    The largest errors of fans do not include the children. The GPU's table has the maximum with the children's errors.
     """
     quad_max, fan_max = _largest(heights, level, void)
     posts = np.maximum(own_posts(heights.shape, level, void).sum((1, 3)), 1)

@@ -28,6 +28,7 @@ def widened_errors(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of the largest error and of the root mean square after posts have moved (docs/guarantee.md, section 9).
 
+    Truth moves by at most `truth`, vertices by at most `vertices`.
     With s = truth + vertices:  max' = max + s,  rms'² = (rms + 5/2 s)² + 2^(1−level) max · truth, at most max'².
     """
     s = truth + vertices

@@ -53,7 +53,7 @@ class StoredMap(PagedMap):
         return int(OF_TILES * self.memory_bytes)
 
     def limit(self, gpu_bytes: int, memory_bytes: int) -> None:
-        """Set the limits of GPU memory for pages, and of this process's memory for all data of the store."""
+        """Set the limits of GPU memory for pages, and of this process's memory for data that is read."""
         self.gpu_bytes = gpu_bytes
         self.memory_bytes = memory_bytes
         self.tiles.most_bytes = self._most_bytes

@@ -50,7 +50,7 @@ class PictureSection:
         if (path := ui.enter("ground image", settings.options.material or "", PATH, hint)) is not None:
             viewer.images.read("material", path)
         before = viewer.scene.exaggeration
-        factor = ui.slide("exaggeration", before, (0.25, 8.0), "The relief is drawn so many times as high.", "× %.2f", True)
+        factor = ui.slide("exaggeration", before, (0.25, 8.0), "Relief drawn so many times as high.", "× %.2f", True)
         if factor != before:
             viewer.exaggerate(factor)
 

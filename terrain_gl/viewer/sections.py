@@ -112,11 +112,11 @@ def _brush_sliders(ui: Widgets, tool: BrushTool) -> None:
     hint = "Radius of the ring on the land ([ and ])."
     tool.radius_m = ui.slide("radius", tool.radius_m, (least, most), hint, metres_form(tool.radius_m), True)
     if tool.tool in SHARES:
-        tool.share = ui.slide("strength", tool.share, (0.01, 1.0), "How far a dab goes (, and .).")
+        tool.share = ui.slide("strength", tool.share, (0.01, 1.0), "How far a dab goes (keys , and .).")
     else:
         relief = max(heightmap.range_m[1] - heightmap.range_m[0], 1.0)
         form = metres_form(tool.strength_m)
-        hint = "Metres by which a dab moves the middle of the ring (, and .)."
+        hint = "Metres by which a dab moves the middle of the ring (keys , and .)."
         tool.strength_m = ui.slide("strength", tool.strength_m, (1e-4 * relief, 0.5 * relief), hint, form, True)
     if tool.tool == "cliff":
         hint = "The direction that the cliff faces, clockwise from north."
@@ -168,6 +168,6 @@ def save_section(ui: Widgets, viewer: Viewer) -> None:
     ui.button(recording, "Record the flight; then its film is drawn in full quality, at this size (R).", "r")
     ui.button("Copy the command line", "The terrain-gl shot command that draws this picture (Y).", "y")
     saver.mesh_format = ui.choose("format", saver.mesh_format, list(FORMATS), "Format of meshes.")
-    ui.button("Save the mesh", "The triangles that are drawn, in metres (O).", "o")
+    ui.button("Save the mesh", "The triangles that are drawn, in metres; .stl: in mm (O).", "o")
     hint = "The bookmarks as a camera path; terrain-gl fly makes a film of it (K)."
     ui.button("Save the camera path", hint, "k", len(viewer.scene.bookmarks) > 1)

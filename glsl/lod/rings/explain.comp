@@ -32,7 +32,7 @@ Lookup lookup_of(Projection p, int step_log2) { return Lookup(ivec4(0), uvec4(0)
 #else
 Lookup lookup_of(Projection p, int step_log2) {
     Lookup l = Lookup(ivec4(0), uvec4(0), -1, max(step_log2, 0), 0, 0.0);
-    float smaller = step_log2 < 0 ? exp2(2.0 * float(step_log2)) : 1.0;  // a part's error, relative to the error of its map cell
+    float smaller = step_log2 < 0 ? exp2(2.0 * float(step_log2)) : 1.0;  // error of a part of a cell / that of the cell
     float allowed_m = (error_within_m(p, u_tolerance_px) - slack_m(step_log2)) / smaller;
     if (allowed_m <= 0.0 || p.outside || (step_log2 <= 0 && u_side_log2 <= FEW_LOG2)) return l;
     l.class_ = max(class_within(allowed_m), -1);

@@ -1,7 +1,8 @@
 // lod/rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared
 //   pixels, from the exact sums of the tables: n w² E(p, T).
-//   E(p, T) is the sum of squared errors over the square p with T segments a side. An error of one metre makes at most w pixels in the middle of the square.
-//   n is post_weight(). The mean square of the sag over a cell is about half the square of its largest value.
+//   E(p, T) is the sum of squared errors over the square p with T segments a side. An error of one metre makes at most
+//   w pixels in the middle of the square. n is post_weight().
+//   The mean square of the sag over a cell is about half the square of its largest value.
 //   One work group handles one block, one thread handles one of its units.
 
 #include "lod/rings/squares.glsl"
