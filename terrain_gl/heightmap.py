@@ -197,7 +197,6 @@ class Heightmap:
         spacing_m: float | Spacing | None,
         progress: Callable[[float], None] | None = None,
     ) -> Heightmap:
-        """Read all posts of a raster."""
         check_size(*raster.shape[:2], raster.name)
         known_m = spacing_m if spacing_m is not None else raster.spacing_m
         spacing = _spacing(1.0 if known_m is None else known_m)

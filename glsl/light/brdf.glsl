@@ -18,7 +18,7 @@
 
 #include "light/vmf.glsl"
 
-#define F0 0.03  // of rock, soil, snow and water at normal incidence: refractive indices from 1.3 to 1.5
+#define F0 0.03  // reflectance at normal incidence of rock, soil, snow, water: refractive indices from 1.3 to 1.5
 
 // Mean of max(l·n, 0) over normals whose mean vector has length r; c is the component of that vector towards l.
 float cosine_mean(float c, float r) {

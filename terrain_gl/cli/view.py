@@ -25,7 +25,7 @@ def add(commands: Any) -> None:
         run,
         help="fly over a map in a window",
         description=f"Fly over a map in a window; without MAP, over {first}. The key H shows all keys. A tolerance,"
-        " metric, method, style or size that is not given is that of the last window; --json writes the stats of the"
+        " metric, method, style or size that is not given is taken from the last window; --json writes the stats of the"
         " last frame.",
         example="view canyon --max-error 2",
     )
@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     what = "type and panels F times as large; Ctrl + and - change it"
     command.add_argument("--ui-scale", type=values.positive, metavar="F", help=what)
-    what = "a lecture of twelve stations, or that of a JSON file"
+    what = "a lecture of twelve stations, or the lecture in a JSON file"
     command.add_argument("--lecture", nargs="?", const="", metavar="FILE", help=what)
     overlays.add(command)
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]

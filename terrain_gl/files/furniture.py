@@ -153,7 +153,6 @@ def _ink(opacity: np.ndarray) -> np.ndarray:
 
 
 def _line(words: str, px: int) -> np.ndarray:
-    """A line of text."""
     box = oiio.ImageBufAlgo.text_size(words, px)
     height, width = round(1.25 * px), max(1, box.xend - box.xbegin)
     image = oiio.ImageBuf(oiio.ImageSpec(width, height, 1, "float"))

@@ -133,7 +133,6 @@ class PagePool:
         return self._hidden.pop(old)
 
     def _enter(self, key: PageKey, slot: int) -> None:
-        """Enter a page into the tables."""
         level = key[0]
         number = self.numbering.number(key)
         self.slot_of[key] = slot

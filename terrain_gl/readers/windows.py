@@ -152,7 +152,6 @@ class RasterFile(WindowedRaster):
         return max(_LEAST_STRIP, _STRIP_POSTS // self.shape[1])
 
     def _in_strips(self) -> np.ndarray:
-        """All heights."""
         heights = np.empty(self.shape, np.float32)
         for first in range(0, self.shape[0], self._strip):
             rows = slice(first, min(first + self._strip, self.shape[0]))

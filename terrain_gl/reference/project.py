@@ -113,7 +113,7 @@ def _largest_factor(ratio: np.ndarray, cut: np.ndarray, tan: float, v: float, v_
 
 
 def error_px(view: Pinhole, p: BoxProjection, size_m: np.ndarray, max_m: np.ndarray) -> np.ndarray:
-    """Bound in pixels of an error of `size_m` metres where none is above `max_m`; infinite if it reaches the eye."""
+    """Bound in pixels of errors of `size_m` metres, at most `max_m` anywhere; infinite if they reach the eye."""
     depth_m = p.nearest_m - max_m * abs(view.axes[2, 2])
     bound = view.focal_px * size_m * p.stretch / np.where(depth_m > 0, depth_m, 1.0)
     return np.where(size_m == 0, 0.0, np.where(depth_m > 0, bound, np.inf))

@@ -332,7 +332,6 @@ class RenderOptions:
 
     @property
     def _usual_metric(self) -> str:
-        """The default of the metric."""
         return "rms" if self.triangles else "max"
 
     @property

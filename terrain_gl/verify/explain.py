@@ -221,7 +221,7 @@ def _ridge(surface: RingsSelector, post: tuple[float, float]) -> tuple[float, fl
 
 
 def _seen(answer: np.ndarray, focal_px: float) -> tuple[tuple[float, float], float, float, bool]:
-    """Range of heights, smallest depth, pixels for a metre, and whether a part of it is in the picture."""
+    """Of a box: range of heights, smallest depth, pixels for a metre, whether a part of it is in the picture."""
     nearest_m, stretch = (float(v) for v in answer["projection"][:2])
     low_m, high_m = (float(v) for v in answer["range_m"][:2])
     return (low_m, high_m), nearest_m, focal_px * stretch / nearest_m, not answer["projection"][3]

@@ -27,7 +27,7 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     timer, sentence = clock(frame.stats)
     ui.line("Frame", UNKNOWN if frame.is_sketch else _frame_words(frame, timer))
     _bars(ui, records)
-    ui.hint("frame", f"Milliseconds of the last frames, {sentence}: blue to choose levels, orange to draw, green to shade.")
+    ui.hint("frame", f"Milliseconds of the last frames, {sentence}: blue: levels, orange: draw, green: shade.")
     counted = f"{frame.stats['triangles']:,} in {frame.stats['patches']:,} patches"
     ui.line("Triangles", UNKNOWN if frame.is_sketch else counted)
     _line(ui, [record.triangles for record in records])

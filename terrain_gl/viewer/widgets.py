@@ -56,7 +56,7 @@ class Widgets:
         imgui.set_next_window_pos(place, imgui.Cond_.always, pivot)
         imgui.set_next_window_size_constraints((0, 0), (0.96 * width, most))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
-        if not close_key:  # such a window opens by itself, and must not take the focus from a dragged slider
+        if not close_key:  # a window without it opens by itself, and must not take the focus from a slider
             fixed |= flags.no_title_bar | flags.no_focus_on_appearing
         if not takes_mouse:
             fixed |= flags.no_inputs

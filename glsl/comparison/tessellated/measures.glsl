@@ -1,5 +1,5 @@
 // comparison/tessellated/measures.glsl — the target length of segments in pixels.
-//   The eye is the one for which the patches were cut; the picture may be seen from elsewhere.
+//   `u_middle_m` is the eye for which the patches were cut. The picture may be seen from another place.
 //   A segment is at least 1 / u_parts of a cell of the map.
 // Provides u_edge, u_parts, from_middle_m().   Python twin: comparison.tessellated.MEASURES
 
