@@ -169,13 +169,13 @@ def add_technical(command: Any) -> None:
 
 
 def add_backend(command: Any) -> None:
-    """Add the option for the way to OpenGL."""
+    """Add `--backend`."""
     what = "OpenGL from egl, osmesa, glfw, or auto (default)"
     command.add_argument("--backend", metavar="NAME", default="auto", help=what)
 
 
 def add_json(command: Any) -> None:
-    """Add the option for the numbers as JSON."""
+    """Add `--json`."""
     command.add_argument("--json", metavar="FILE", help="the numbers as JSON; - for standard output, alone")
 
 
