@@ -118,7 +118,8 @@ Lit lit_ground(Ground g) {
 // Radiance of white ground in the sun.
 vec3 direct_light(Lit l) { return u_sun.amplitude * (u_sun.integral / PI * l.sun); }
 
-// The lobe of half-vectors at the sun's half-vector (B.1): dω_h / dω_i = 1 / (4 o·h).
+// Sunlight that the ground mirrors to the eye (B.1): the lobe of half-vectors, at the half-vector h of the sun and the
+// eye, times dω_h / dω_i = 1 / (4 o·h).
 // A warped lobe, as in reflection_lobe(), would be too wide here.
 vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
     vec3 h = normalize(towards_eye + u_sun.axis + vec3(0.0, 0.0, 1e-6));

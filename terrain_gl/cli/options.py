@@ -65,7 +65,7 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--spacing", type=values.spacing, metavar="M", help="metres between posts, or EAST,NORTH")
     group.add_argument("--z-scale", type=values.number, metavar="F", help="metres per unit of value")
     group.add_argument("--z-offset", type=values.number, metavar="M", help="height of value 0 in metres")
-    what = "value that marks a void; none: only the file's own does"
+    what = "value that marks a void; none: only the value in the file does"
     group.add_argument("--nodata", type=values.nodata, metavar="V", help=what)
     group.add_argument("--encoding", choices=ENCODINGS, default="plain", help="how pixels hold heights")
     group.add_argument("--band", type=values.band, metavar="N", help="the band that holds the heights, or its name")

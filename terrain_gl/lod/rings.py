@@ -271,7 +271,7 @@ class RingsSelector(OfPatches):
             elif has_agreed:
                 self._last_stamp = self._last_stamp + over
                 return summary
-            bind("lod/rings/rings.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
+            bind("lod/rings/rings.glsl", Lists=self._buffers["lists"])  # draws and patches use the same binding point
 
     def _agree(self, over: int) -> int:
         """Run further rounds of `agree`, from round `over` on; returns how many are done."""

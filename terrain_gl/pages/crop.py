@@ -43,7 +43,7 @@ def record_steps(
     range_m
         Lowest and highest height of the whole map.
     void
-        (rows, cols) bool, the posts that are voids; None if none is.
+        (rows, cols) bool, the posts that are voids; None if there are no voids.
     """
     blank = _blank_tables()
     part = Heightmap(heights, spacing_m, "a part of the map")

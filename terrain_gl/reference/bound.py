@@ -86,7 +86,7 @@ def cell_error(twist: np.ndarray, segments_log2: int) -> np.ndarray:
     return np.abs(twist) / 4 * (1 / n**2 if segments_log2 < 2 else (1 - 1 / n) / n)
 
 
-# Mean squares over the cell:   t² / 90 along a diagonal,   t² / 1440 as four triangles around the middle
+# Mean squares over the cell:   t² / 90 as two triangles,   t² / 1440 as four triangles around the middle
 
 
 def cell_squares(heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

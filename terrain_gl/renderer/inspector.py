@@ -122,7 +122,7 @@ class Inspector:
     def drawn_heights(self) -> np.ndarray:
         """(rows, cols) float32 metres: the drawn height at posts with a vertex, the true height elsewhere.
 
-        For a store, the heights of the loaded tiles, which all vertices have; a `PostsOnDemand`.
+        For a store: a `PostsOnDemand` with the heights of the loaded tiles. All vertices have these heights.
         """
         posts, heights_m = self._chosen().triangles
         drawn = self.terrain.filled.copy()

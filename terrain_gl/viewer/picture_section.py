@@ -15,7 +15,7 @@ IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file 
 _OF_ALPS_DEG = 46.0  # latitude for the time of day, if the map does not give its place
 _DAY = datetime(2025, 8, 1)
 _EDGE = "block: the map stands on a plain or in its sea; none: it hangs in the sky."
-_LOOK = "The colours of the land. auto: by what the file says of its place; they do not change with edits."
+_LOOK = "The colours of the land. auto: by the place that the file gives. Edits do not change the colours."
 _GRAIN = "Bumps below the posts' spacing near the eye, in the light alone; no geometry."
 _AZIMUTH = "Where the sun is, clockwise from north."
 
@@ -98,7 +98,7 @@ def _latitude_deg(heightmap: Heightmap) -> float:
 
 
 def _sun_at(hour: float, latitude_deg: float) -> tuple[float, float]:
-    """Azimuth and elevation in degrees."""
+    """Azimuth and elevation of the sun in degrees."""
     return sun_position(_DAY.replace(hour=int(hour), minute=int(60 * (hour % 1))), latitude_deg)
 
 

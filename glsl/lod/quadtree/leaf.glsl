@@ -32,7 +32,7 @@ uvec4 alike_neighbours(int level, int word, int y) {
 // Whether a fan's centre is on the map's last column, and on its last row.
 bvec2 on_rim(int level, ivec2 at) { return greaterThanEqual((2 * at + 1) << (level - 1), u_last_post); }
 
-// The split edges of a fan. If its centre is on the map's rim, an edge ends at its middle, so it is not split.
+// The split edges of a fan. If the fan's centre is on the map's rim, two edges end there, in their middle: not split.
 uint split_edges(uvec4 finer, int level, ivec2 at) {
     uvec4 bits = finer >> (at.x & 31) & 1u;
     bvec2 rim = on_rim(level, at);
