@@ -163,7 +163,7 @@ class Heightmap:
 
     @classmethod
     def of(cls, source: Any, spacing_m: float | Spacing | None = None, name: str | None = None) -> Heightmap:
-        """A map from any object that holds one.
+        """A map from a path, an array or another object with heights.
 
         Parameters
         ----------

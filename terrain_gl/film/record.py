@@ -250,7 +250,7 @@ def _film(path: Path, fps: float, first: int | None) -> AbstractContextManager[W
         import av
     except ImportError:
         raise TerrainError(
-            f"{path}: films need the extra [video]: pip install 'terrain-gl[video]'; a folder, FRAMES/, does not"
+            f"{path}: films need the extra [video]: pip install 'terrain-gl[video]'; a folder, FRAMES/, needs no extra"
         ) from None
     if not path.parent.is_dir():
         raise TerrainError(f"{path}: there is no folder {path.parent}: make it first")

@@ -168,7 +168,7 @@ def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
 
 
 def _off_lines(lines: np.ndarray, axis: Nodes) -> np.ndarray:
-    """Largest distances above and below for edges along lines of posts (n, posts): (2, n, nodes)."""
+    """Largest distances of posts above and below the straight edges of nodes, on lines (n, posts): (2, n, nodes)."""
     share = (axis.post - axis.low[:, None]) / (axis.high - axis.low)[:, None]
     rise = lines[:, axis.high] - lines[:, axis.low]
     off = lines[:, axis.post] - lines[:, axis.low, None] - rise[..., None] * share

@@ -24,7 +24,7 @@ class LandRecipe(NamedTuple):
 
 
 def land(p: np.ndarray, recipe: LandRecipe) -> np.ndarray:
-    """Heights at the points p, 0 to 1 of the relief."""
+    """Heights at the points p, as shares of the relief, 0 to 1."""
     seed = recipe.seed
     cliffs = np.full((1, 1), recipe.cliffs, p.dtype)
     h, slope = _forms_and_slope(p, recipe, cliffs)
