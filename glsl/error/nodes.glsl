@@ -37,7 +37,7 @@ uint pack_pair(vec2 e_m) {
     return half_up(e.x) | half_up(e.y) << 16;
 }
 
-// Sixteenths of an octave below the largest error, rounded so that no error becomes smaller.
+// Four errors as bytes: sixteenths of an octave below the largest error, rounded so that no error becomes smaller.
 uint pack_shares(vec4 e_m, float most_m) {
     if (most_m == 0.0) return 0u;
     uvec4 below = uvec4(clamp(floor(16.0 * log2(most_m / max(e_m, 1e-6 * most_m)) - 0.01), 0.0, 255.0));

@@ -45,7 +45,7 @@ float height_m(ivec2 post) {
     int level = int(word >> 24), slot = int(word & 0xffffffu);
     ivec2 first = (fine >> level) << (PAGE_LOG2 + level), at = (post - first) >> level;
     ivec2 low = first + (at << level), high = min(low + (1 << level), u_last_post);
-    // the map's last posts
+    // whether the post is in the map's last column, and last row: these are part of every lattice
     bvec2 is_high = bvec2(low.x < high.x && post.x == high.x, low.y < high.y && post.y == high.y);
     at += ivec2(is_high);
     if ((post.x == low.x || is_high.x) && (post.y == low.y || is_high.y)) return height_in_slot_m(slot, at);

@@ -47,7 +47,7 @@ def add(commands: Any) -> None:
     command.add_argument("--cull", action="store_true", help="of a view: leave out patches outside the picture")
     stores.add_options(command, pays_times=_PAYS_TIMES)
     options.add_rendering(command)
-    command.set_defaults(method=None)  # of maps in memory the quadtree, of stores sat
+    command.set_defaults(method=None)  # the quadtree for maps in memory, sat for stores
 
 
 def run(args: argparse.Namespace) -> int:

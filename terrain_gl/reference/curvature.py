@@ -25,7 +25,7 @@ def largest_sag_m(level: int, spacing_m: tuple[float, float], bend_per_m: float)
     return bend_per_m * 4.0**level * (spacing_m[0] ** 2 + spacing_m[1] ** 2) / 4 if level > 0 else 0.0
 
 
-# A box of the map is drawn between its lowest height less its largest drop, and its highest less its smallest.
+# A box is drawn between its lowest height minus its largest drop, and its highest height minus its smallest drop.
 
 
 def drop_range_m(

@@ -18,7 +18,8 @@ bool must_split(ivec2 at) {
     if (u_tolerance_px == 0.0) return true;
     PackedNode n = node_of(u_which_level, at);
     // RMS: the fan alone decides. Its stored error is never below the errors of the node's children
-    // (error/nodes.glsl). So if a neighbour makes this node split, its children are within the tolerance, too. Maximum: see agree.comp
+    // (error/nodes.glsl). So if a neighbour makes this node split, its children are within the tolerance, too.
+    // Maximum: see agree.comp
     float least_px = u_metric == METRIC_RMS ? best_fan_px(p, n) : min(best_fan_px(p, n), quad_px(p, n));
     return least_px > u_tolerance_px * STRICTER;
 }
