@@ -5,7 +5,7 @@
 
 // The table of sunlight: horizon/sunlit.comp.
 #define SUN_LAYERS 5
-#define SUN_STEPS 8191.0  // 14 bits with the sign: sums of 2^18 blocks are exact, boxes of 1024 × 1024 posts
+#define SUN_STEPS 8191.0  // 14 bits with the sign: boxes of up to 2^18 blocks, 1024 × 1024 posts, are exact
 #define STEEPEST 4.0      // the slope that the table stores as 1
 
 uniform float u_sun_elevation;  // radians

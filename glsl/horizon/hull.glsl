@@ -1,4 +1,5 @@
-// horizon/hull.glsl — the horizon of each point of a line that runs away from a light. One thread marches on a line.
+// horizon/hull.glsl — the horizon of each point of a line that runs away from a light.
+//   One thread marches along one line.
 //   Only a point of the upper convex hull of the points that a line has passed can be the horizon of the next point
 //   (Timonen and Westerholm 2010, "Scalable height field self-shadowing"). The tangent from the new point to the hull
 //   gives the horizon.
@@ -9,7 +10,7 @@
 //             ▟███████▙▟██▙  q₀
 //            ███████████████▙▟█▙    p
 //
-//   A point enters the hull once and leaves it once, so the cost of a post does not depend
+//   A point enters the hull once and leaves it at most once, so the cost of a post does not depend
 //   on the distance of its horizon.
 // Provides horizon_record().   Python twins: reference.horizon_sines, reference.windowed_sines
 

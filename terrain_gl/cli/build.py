@@ -1,4 +1,4 @@
-"""`terrain-gl build`: a store beside a map, for maps larger than memory."""
+"""`terrain-gl build`: a store of a map, for maps larger than memory."""
 
 import argparse
 import os
@@ -15,7 +15,7 @@ def add(commands: Any) -> None:
         commands,
         "build",
         run,
-        help="a store beside a map, for maps larger than memory",
+        help="a store of a map, for maps larger than memory",
         description="Read a map once, window by window, and write heights and error records of all levels into\n"
         "a Zarr store. The map does not change. The same command continues an interrupted build. Extra [store].",
         example="build tiles/*.tif -o land.zarr --workers 2",

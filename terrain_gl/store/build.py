@@ -1,4 +1,4 @@
-"""Build a store beside a map. An interrupted build continues where it stopped, and gives the same bytes."""
+"""Build a store of a map. An interrupted build continues where it stopped, and gives the same bytes."""
 
 from __future__ import annotations
 
