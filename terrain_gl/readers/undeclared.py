@@ -15,7 +15,7 @@ HIGHEST_M = 1e5  # no body of the solar system has such heights
 MOST_MARKS = 4  # most marks at one end of the heights
 _SAMPLES = 1024  # posts a side where unusual values are looked for
 FEW = 1e-4  # least share of the posts for a note on a value that is not a usual mark
-_BITS = (15, 16, 31, 32)  # 8 bits are too few: black and white maps have both ends
+_BITS = (15, 16, 31, 32)  # not 8: an ordinary 8-bit map may have 0 and 255 as heights
 # the ends of integer types and their neighbours, which programs use as marks of voids
 _ENDS = {sign * 2**bits + off for bits in _BITS for sign in (-1, 1) for off in (-2, -1, 0, 1)}
 
