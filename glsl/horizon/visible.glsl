@@ -72,7 +72,8 @@ mat4x3 sky_visible_near(vec2 post, vec2 extent) {
 float sun_share(vec2 post, vec2 extent) { return disc_share(sine_of(record_near(0, u_sun_towards, post))); }
 
 // E is the sunlight of a facet (horizon/sunlit.comp), s its slope; Ē and s̄ are their means over the ground.
-// In the picture, a facet has the weight 1 − lean · (s − s̄): see lean_of(). So the mean of E over the picture is Ē − lean · (mean of E s − Ē s̄).
+// In the picture, a facet has the weight 1 − lean · (s − s̄): see lean_of().
+// So the mean of E over the picture is Ē − lean · (mean of E s − Ē s̄).
 float sun_over(vec2 post, vec2 extent, vec2 lean) {
     vec4 box = 0.5 * box_of(post, extent, 2.0);
     TexelBox blocks = box_between(box.xy, box.zw, cell_blocks());

@@ -1,7 +1,7 @@
 // pages/bound.glsl — error/bound.glsl for a map of which only some pages are on the GPU (pages/terrain.glsl).
-//   Each page has its own tables. If all pages over a box and its border are loaded at the level j of its spacing, the
-//   bound is the bound of the whole map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level
-//   l > j. Let M be the largest error of a page's cells:
+//   Each page has its own tables. If all pages over a box and its border are loaded at the level j of the spacing, the
+//   bound is the bound of the whole map's tables. Elsewhere the heights are bilinear between the posts of a coarser
+//   page, of level l > j. Let M be the largest error of a page's cells:
 //     - Inside one page. Bilinear heights lie between both diagonals of the page's cells, and so does every mesh
 //       through these heights. So the error of the mesh is at most M, however fine its triangles are.
 //     - Across pages. A cell of the mesh in page A may have corners in page B. With A's heights there, the cell's error
