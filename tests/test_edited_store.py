@@ -1,6 +1,7 @@
 """Edits of stores: a valid bound at once, the exact one after a rebuild; pages, light and files follow."""
 
 import json
+import sys
 import threading
 import time
 
@@ -88,6 +89,33 @@ def load_some(renderer, rng):
 
 
 # --- Sheets and moves -------------------------------------------------------------------------------------------------
+
+
+def test_a_tile_of_a_sheet_that_another_thread_frees_is_empty():
+    """Undone edits free tiles while threads read pages."""
+    sheet, area, faults, is_over = Sheet(8, np.nan), (slice(0, 8), slice(0, 8)), [], threading.Event()
+
+    def read():
+        while not is_over.is_set():
+            try:
+                sheet.get(area)
+            except KeyError as error:
+                faults.append(error)
+
+    switching_s = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    reading = threading.Thread(target=read)
+    reading.start()
+    try:
+        for _ in range(5000):
+            sheet.put(area, np.zeros((8, 8)))
+            sheet.put(area, np.full((8, 8), np.nan))
+            sheet.forget_empty(area)
+    finally:
+        sys.setswitchinterval(switching_s)
+        is_over.set()
+        reading.join()
+    assert not faults
 
 
 @given(st.integers(0, 10**6))

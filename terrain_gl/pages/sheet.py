@@ -35,10 +35,11 @@ class Sheet:
         """The entries of an area; None if nothing was ever written there."""
         found = None
         for at, within, part in tiles_over(area, self.side):
-            if at in self.tiles:
+            tile = self.tiles.get(at)  # another thread may free it at any moment
+            if tile is not None:
                 if found is None:
                     found = np.full([s.stop - s.start for s in area], self.fill)
-                found[part] = self.tiles[at][within]
+                found[part] = tile[within]
         return found
 
     def put(self, area: Area, values: np.ndarray) -> None:
