@@ -3,10 +3,12 @@
 import json
 import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from commands import refused
+from hostile import vrt
 from maps import rough
 
 from terrain_gl.basics.exceptions import TerrainError
@@ -83,6 +85,11 @@ def test_another_file_or_option_is_another_store(run):
     keys |= {cache.key_of("dem.npy", Reading(), 5.0)}
     os.utime("dem.npy", (1, 1))
     assert len(keys | {cache.key_of("dem.npy", Reading(), None)}) == 4
+
+
+def test_a_source_in_no_file_of_a_disk_is_left_out_of_the_key(run):
+    Path("m.vrt").write_text(vrt("/vsizip/tiles.zip/a.tif"))
+    assert cache.key_of("m.vrt", Reading(trusted=True), None)
 
 
 def test_the_oldest_store_that_nobody_uses_is_removed(run):

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import refused, spawn
+from hostile import N, vrt
 from maps import rough
 
 from terrain_gl.basics.exceptions import TerrainError
@@ -175,6 +176,19 @@ def test_other_options_make_another_store(tmp_path):
     build(tmp_path / "a.npy", tmp_path / "s", reading=Reading(nodata=np.nan), **SMALL)
     with pytest.raises(TerrainError, match="another map"):
         build(tmp_path / "a.npy", tmp_path / "s", reading=Reading(z_scale=2.0), **SMALL)
+
+
+def test_a_mosaic_whose_source_has_changed_makes_another_store(tmp_path):
+    pytest.importorskip("rasterio")
+    (tmp_path / "m.vrt").write_text(vrt("a.tif", 'relativeToVRT="1"'))
+    for seed in (1, 2):
+        write_tiff(tmp_path / "a.tif", rough(N, N, seed=seed))
+        os.utime(tmp_path / "a.tif", (seed, seed))
+        if seed == 1:
+            build(tmp_path / "m.vrt", tmp_path / "s", **SMALL)
+            build(tmp_path / "m.vrt", tmp_path / "s", **SMALL)
+    with pytest.raises(TerrainError, match="another map or a changed one"):
+        build(tmp_path / "m.vrt", tmp_path / "s", **SMALL)
 
 
 def test_an_object_with_an_identity_is_read_by_other_processes(tmp_path):

@@ -7,6 +7,7 @@ of them (.vrt). Unless the user trusts a file (`Reading.trusted`), opening it re
 for a mosaic, its sources beside or below it; nothing else.
 """
 
+import contextlib
 import os
 import re
 from functools import partial
@@ -21,7 +22,7 @@ from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
 from terrain_gl.readers.values import AS_STORED, Reading
 from terrain_gl.readers.vrt import VRT, sources_of
 
-__all__ = ["Raster", "Reading", "Spacing", "files_of", "has_windows", "open_raster"]
+__all__ = ["Raster", "Reading", "Spacing", "files_of", "has_windows", "open_raster", "state_of"]
 
 _ZIP = b"PK\x03\x04"
 _GZIP = b"\x1f\x8b"
@@ -68,6 +69,16 @@ def files_of(path: str | os.PathLike[str]) -> list[str]:
         return [os.path.realpath(path), *(sources_of(path, path) if is_mosaic else ())]
     except TerrainError:  # opening the map reports the reason
         return [os.path.realpath(path)]
+
+
+def state_of(path: str | os.PathLike[str]) -> list[tuple[str, int, int]]:
+    """Real path, size and time of all files that opening a map reads, except sources that are in no file of a disk."""
+    found = []
+    for name in files_of(path):
+        with contextlib.suppress(OSError):  # with --trust, a source may be in an archive, or on the network
+            status = os.stat(name)
+            found.append((name, status.st_size, status.st_mtime_ns))
+    return found
 
 
 def _first_bytes(path: str) -> bytes:

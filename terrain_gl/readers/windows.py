@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
-from terrain_gl.readers import Reading, has_windows, open_raster
+from terrain_gl.readers import Reading, has_windows, open_raster, state_of
 from terrain_gl.readers.bands import bands_of
 from terrain_gl.readers.gdal import closed_environment, open_layer, place_of, read_pixels
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed
@@ -108,8 +108,8 @@ class RasterFile(WindowedRaster):
         raster = open_raster(path, reading)
         raster.blocks.close()
         super().__init__(raster)
-        status = os.stat(path)
-        self.identity = [os.path.basename(path), status.st_size, status.st_mtime_ns, repr(reading)]
+        files = [(os.path.basename(name), size, time) for name, size, time in state_of(path)]
+        self.identity = [os.path.basename(path), files, repr(reading)]
         self.is_told = reading.is_told
         self.path = path
         self.reading = reading

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from ..basics.version import __version__
-from ..readers import Reading, files_of
+from ..readers import Reading, state_of
 from ..readers.raster import Spacing
 from .build import build
 from .format import VERSION, zarr_library
@@ -54,8 +54,7 @@ def folder() -> Path:
 
 def key_of(path: str, reading: Reading, spacing_m: float | Spacing | None) -> str:
     """The key of a raster that is read with these options."""
-    files = [[name, (status := os.stat(name)).st_size, status.st_mtime_ns] for name in files_of(path)]
-    told = [VERSION, __version__, files, repr((reading, spacing_m))]
+    told = [VERSION, __version__, state_of(path), repr((reading, spacing_m))]
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 
