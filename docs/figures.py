@@ -296,8 +296,6 @@ STYLES = {
     "tessellated": {"color": "#4c9a5b", "marker": "^"},
     "quadtree": {"color": BLUE, "marker": "o"},
     "sat": {"color": "#7a3fa0", "marker": "D"},
-    "pruned": {"color": GREY, "linestyle": "--"},
-    "dense mesh": {"color": "k", "linestyle": ":"},
 }
 
 
@@ -312,17 +310,14 @@ def table(name):
     return found
 
 
-def panels(name, unit, ending=""):
-    """One panel for each map and view of a table: the columns with this ending against triangles."""
+def panels(name, unit):
+    """One panel for each map and view of a table: the columns of the methods against triangles."""
     found = table(name)
     rows = -(-len(found) // 4)
     figure, axes = plt.subplots(rows, 4, figsize=(11, 2.5 * rows), constrained_layout=True)
     for ax, ((view, land_name), columns) in zip(axes.flat, found.items(), strict=False):
         for method, style in STYLES.items():
-            numbers = np.array(columns.get(method + ending, []))
-            if len(numbers):
-                drawn = numbers > 0  # an error of 0 has no logarithm
-                ax.plot(np.array(columns["triangles"])[drawn], numbers[drawn], markersize=4, label=method, **style)
+            ax.plot(columns["triangles"], columns[method], markersize=4, label=method, **style)
         plain(ax, f"{land_name}, {view}")
     for ax in axes.flat[len(found) :]:
         ax.set_axis_off()
@@ -367,8 +362,6 @@ def plain(ax, title):
 FIGURES = {"cell.svg": cell, "fan.svg": fan, "rings.png": rings, "price.svg": price, "footprint.svg": footprint}
 FIGURES |= {
     "screen_error.svg": lambda: panels("screen_error.csv", "RMS screen error, px"),
-    "picture_rmse.svg": lambda: panels("pictures.csv", "RMSE", " RMSE"),
-    "picture_flip.svg": lambda: panels("pictures.csv", "FLIP", " FLIP"),
     "other_programs.svg": other_programs,
 }
 
