@@ -45,7 +45,8 @@ REAL = {
     "ps_height_1k.png": {"spacing_m": 160, "z_scale": 0.1},
     "N37W123.hgt": {"spacing_m": (73, 93)},
 }
-BUNDLED = ("canyon-15m", "alpine-30m", "canyon", "alpine")
+LARGE = ("canyon", "alpine")  # from a ridge alone: a mesh of every post has millions of triangles from outside
+BUNDLED = ("canyon-15m", "alpine-30m", *LARGE)
 KEPT = ("triangles", "max_error_px", "rms_error_px", "image_rmse", "flip", "skyline_px", "max_skyline_px", "ms")
 
 
@@ -161,6 +162,7 @@ def cases(folder):
         Case(folder, f"{view}-{name}", open_it, view, (640, 360))
         for view in ("ridge", "default")
         for name, open_it in opened.items()
+        if view == "ridge" or name not in LARGE
     ]
     made = [Case(folder, name, generated(folder, **land), "ridge", (1280, 720)) for name, land in GENERATED.items()]
     return {"maps": maps, "pictures": maps, "generated": made}
