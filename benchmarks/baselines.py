@@ -1,14 +1,13 @@
-"""All methods at equal triangles, on real, bundled and generated maps: the numbers of docs/comparison.md.
+"""All methods at equal triangles, on real and bundled maps: the numbers of docs/comparison.md.
 
-    maps       four bundled maps, and four real ones in the folder TERRAIN_GL_DEM, from a ridge and from outside: RMS
-               screen errors with 1/32, 1/8 and 1/2 of the triangles of every post
-    pictures   RMSE and FLIP of the pictures of these
-    generated  generated maps of 1025² posts from a ridge, three budgets: RMS screen errors, also of the pruned quadtree
+    maps      four bundled maps, and four real ones in the folder TERRAIN_GL_DEM, from a ridge and from outside: RMS
+              screen errors with 1/32, 1/8 and 1/2 of the triangles of every post
+    pictures  RMSE and FLIP of the pictures of these
 
 Each number is written to a file at once, and a run that is started again continues. Part `maps` takes an hour on two
 busy cores of Mesa's software renderer. It also writes FOLDER/screen_error.csv, the table in docs/tables.
 
-Run: python benchmarks/baselines.py FOLDER [maps|pictures|generated ...]
+Run: python benchmarks/baselines.py FOLDER [maps|pictures ...]
 """
 
 import csv
@@ -30,15 +29,6 @@ from terrain_gl.gpu.context import create_context
 OURS = ("sat", "quadtree")
 BASELINES = [method for method in compare.COMPARED if method not in OURS]
 FINE = 2  # each pixel of a picture is drawn as FINE × FINE pixels
-GENERATED = {
-    f"{recipe}-{seed}-{cliffs}": {"cols": 1025, "rows": 1025, "seed": seed, "cliffs": cliffs, "recipe": recipe}
-    for recipe, seed, cliffs in (
-        ("canyon", 7, 0.2),
-        ("canyon", 1, 0.7),
-        ("canyon", 2, 1.0),
-        ("alpine", 7, 0.7),
-    )
-}
 REAL = {
     "greenriver.tif": {"spacing_m": 1},
     "mt_rainier_90m.tif": {"spacing_m": (64, 93)},
@@ -96,10 +86,6 @@ class Case:
         """The difference of the dense mesh's picture from the truth, which comes from the diagonals of cells."""
         return self.know("full picture", lambda: self._picture(method="full"))
 
-    def pruned(self, budgets):
-        """RMS error of the pruned quadtree of quads, by number of triangles."""
-        return self.know(f"pruned {budgets}", lambda: self._pruned(budgets))
-
     def close(self):
         """Release GPU resources."""
         if self.renderer:
@@ -131,26 +117,6 @@ class Case:
         self.truth = self.truth or compare.truth_of(self.renderer, self.camera, FINE)
         return self.truth
 
-    def _pruned(self, budgets):
-        found = curves.pruned_curve(self.renderer, self.camera, budgets)
-        return [[int(n), float(px)] for n, px in zip(found.triangles, found.rms_px, strict=True)]
-
-
-def generated(folder, **land):
-    """Generated land; its file is made once."""
-
-    def open_map():
-        made = Land(**land)
-        path = folder / f"{made.recipe}-{made.cols}-{made.seed}-{made.cliffs}.tif"
-        if not path.exists():
-            ctx = create_context()
-            with ctx:
-                write_land(ctx, made, str(path))
-            ctx.release()
-        return Heightmap.open(path, made.spacing_m)
-
-    return open_map
-
 
 def cases(folder):
     """All cases by part."""
@@ -164,28 +130,22 @@ def cases(folder):
         for name, open_it in opened.items()
         if view == "ridge" or name not in LARGE
     ]
-    made = [Case(folder, name, generated(folder, **land), "ridge", (1280, 720)) for name, land in GENERATED.items()]
-    return {"maps": maps, "pictures": maps, "generated": made}
+    return {"maps": maps, "pictures": maps}
 
 
 def work(part, case):
     """Find all numbers of a case."""
     case.full()
-    budgets = budgets_of(part, case)
-    for triangles in budgets:
+    for triangles in budgets_of(case):
         for method in compare.COMPARED:
             (case.likeness if part == "pictures" else case.achieved)(method, triangles)
-    if part == "generated":
-        case.pruned(budgets)
     if part == "pictures":
         case.dense()
     case.close()
 
 
-def budgets_of(part, case):
+def budgets_of(case):
     """The numbers of triangles of a case."""
-    if part == "generated":
-        return [10_000, 30_000, 100_000]
     return [round(case.known["full"] / 2**k) for k in (5, 3, 1)]
 
 
@@ -198,39 +158,31 @@ def markdown(rows):
     return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
 
 
-def budget_rows(part, found):
-    """Rows: errors at equal triangles of all methods and of the pruned quadtree, and ratios of errors."""
+def error_rows(found):
+    """Rows: errors of all methods at equal triangles, and ratios of errors."""
     ours, methods = "sat", compare.COMPARED
-    rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "quads, pruned", "sat / pruned"]]
+    rows = [["view and map", "triangles", *(f"{m} RMS px" for m in methods)]]
     rows[0] += [*(f"{m} / {ours}" for m in BASELINES), "sat / quadtree"]
     for case in found:
-        for triangles in budgets_of(part, case):
+        for triangles in budgets_of(case):
             px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
-            pruned_px = pruned_at(case, budgets_of(part, case), triangles)
-            ratios = [ratio(px[ours], pruned_px), *(ratio(px[m], px[ours]) for m in BASELINES)]
-            ratios += [ratio(px[ours], px["quadtree"])]
-            rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), shown(pruned_px), *ratios]]
+            ratios = [*(ratio(px[m], px[ours]) for m in BASELINES), ratio(px[ours], px["quadtree"])]
+            rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), *ratios]]
     return rows
 
 
-def picture_rows(part, found):
+def picture_rows(found):
     """Rows: differences of pictures from the truth, of all methods and of the dense mesh."""
     drawn = (*compare.COMPARED, "full")
     rows = [["view or map", "triangles", *(f"{m} {what}" for what in ("RMSE", "FLIP") for m in drawn)]]
     for case in found:
-        for triangles in budgets_of(part, case):
+        for triangles in budgets_of(case):
             keys = [*(f"{m} {triangles} picture" for m in compare.COMPARED), "full picture"]
             known = [case.known.get(key, {}) for key in keys]
             if known[0]:
                 numbers = [shown(picture.get(what)) for what in ("image_rmse", "flip") for picture in known]
                 rows += [[case.name, f"{triangles:,}", *numbers]]
     return rows
-
-
-def pruned_at(case, budgets, triangles):
-    """RMS error of the pruned quadtree with this number of triangles, if it is known."""
-    found = case.known.get(f"pruned {budgets}")
-    return found[budgets.index(triangles)][1] if found else None
 
 
 def shown(value):
@@ -249,7 +201,7 @@ def write_errors(found, path):
         rows = csv.writer(file)
         rows.writerow(["view", "map", "triangles", *compare.COMPARED])
         for case in found:
-            for triangles in budgets_of("maps", case):
+            for triangles in budgets_of(case):
                 px = [case.known.get(f"{method} {triangles}", {}).get("rms_error_px") for method in compare.COMPARED]
                 if all(px):
                     view, name = case.name.split("-", 1)
@@ -267,8 +219,8 @@ def main(folder, *parts):
         print(f"[{'#' * (30 * i // len(todo)):<30}] {part} {case.name}", file=sys.stderr, flush=True)
         work(part, case)
     for part in parts or known:
-        rows = picture_rows if part == "pictures" else budget_rows
-        print(f"\n## {part}\n\n{markdown(rows(part, known[part]))}")
+        rows = picture_rows if part == "pictures" else error_rows
+        print(f"\n## {part}\n\n{markdown(rows(known[part]))}")
     write_errors([case for case in known["maps"] if "full" in case.known], folder / "screen_error.csv")
 
 
