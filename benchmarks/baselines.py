@@ -21,10 +21,8 @@ from pathlib import Path
 from terrain_gl import Heightmap, Renderer
 from terrain_gl.basics.replacing import replacing
 from terrain_gl.comparison import compare, curves
-from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.maps import open_map
 from terrain_gl.files.views import standard_view
-from terrain_gl.gpu.context import create_context
 
 OURS = ("sat", "quadtree")
 BASELINES = [method for method in compare.COMPARED if method not in OURS]
