@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     what = "type and panels F times as large; Ctrl + and - change it"
     command.add_argument("--ui-scale", type=values.positive, metavar="F", help=what)
-    what = "a lecture of twelve stations, or the lecture in a JSON file"
+    what = "a lecture of twelve stations, or of a JSON file"
     command.add_argument("--lecture", nargs="?", const="", metavar="FILE", help=what)
     overlays.add(command)
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]

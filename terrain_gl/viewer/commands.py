@@ -155,7 +155,7 @@ GROUPS: dict[str, list[Command]] = {
         Command("P", "save the picture as PNG", ("p",), lambda s: s.saver.save_picture()),
         Command("R", "record the flight, or stop and draw its film", ("r",), lambda s: s.saver.toggle_recording()),
         Command("Y", "copy the command line that draws this view", ("y",), lambda s: s.saver.copy_line()),
-        Command("O", "save the mesh that is drawn: PLY, GLB, OBJ, STL, HTML", ("o",), lambda s: s.saver.save_mesh()),
+        Command("O", "save the drawn mesh, for example as .glb", ("o",), lambda s: s.saver.save_mesh()),
         Command("K", "save bookmarks as a path for terrain-gl fly", ("k",), lambda s: s.saver.save_path()),
         Command("Ctrl O", "open a map", ("ctrl+o",), lambda s: s.files.open(s.scene.opened.key)),
         Command("drop a file", "open a map: drop its file on the window"),
