@@ -13,7 +13,7 @@ from maps import rough
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import read_image
-from terrain_gl.readers import Reading
+from terrain_gl.readers import Reading, files_of
 
 pytest.importorskip("zarr")
 from terrain_gl.store import cache
@@ -85,6 +85,14 @@ def test_another_file_or_option_is_another_store(run):
     keys |= {cache.key_of("dem.npy", Reading(), 5.0)}
     os.utime("dem.npy", (1, 1))
     assert len(keys | {cache.key_of("dem.npy", Reading(), None)}) == 4
+
+
+def test_the_mask_of_a_mosaic_is_one_of_its_files(run):
+    Path("m.vrt").write_text(vrt("a.tif", 'relativeToVRT="1"'))
+    mask = "<MaskBand><VRTRasterBand><SimpleSource><SourceFilename>mask.tif</SourceFilename></SimpleSource>"
+    text = Path("m.vrt").read_text().replace("</VRTDataset>", f"{mask}</VRTRasterBand></MaskBand></VRTDataset>")
+    Path("m.vrt").write_text(text)
+    assert [Path(name).name for name in files_of("m.vrt")] == ["m.vrt", "a.tif", "mask.tif"]
 
 
 def test_a_source_in_no_file_of_a_disk_is_left_out_of_the_key(run):

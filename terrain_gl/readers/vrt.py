@@ -48,10 +48,9 @@ def safe_mosaic(path: str, name: str, drivers: Sequence[str]) -> tuple[str, list
 
 
 def sources_of(path: str, name: str) -> list[str]:
-    """The files that a mosaic names."""
+    """The files that a mosaic names, for heights and for masks."""
     folder = os.path.dirname(os.path.realpath(path))
-    bands = _parsed(path, name).findall("VRTRasterBand")
-    return [os.path.realpath(_named(each, folder)) for band in bands for each in band.iter("SourceFilename")]
+    return [os.path.realpath(_named(each, folder)) for each in _parsed(path, name).iter("SourceFilename")]
 
 
 def _parsed(path: str, name: str) -> ElementTree.Element:
