@@ -72,6 +72,16 @@ def test_the_window_says_how_a_file_was_understood(viewer, tmp_path):
     assert "gives no distance between its posts" in viewer.window.message
 
 
+def test_frozen_levels_end_with_their_map(viewer):
+    settle(viewer)
+    press(viewer, "l")
+    settle(viewer)
+    assert viewer.scene.frozen
+    viewer.loader.load("other", lambda progress: Opened(hills(), Camera.default(hills()), key="other"))
+    settle(viewer)
+    assert viewer.scene.opened.key == "other" and viewer.scene.frozen is None
+
+
 def test_a_file_is_loaded_beside_the_map_that_is_seen(viewer, tmp_path):
     settle(viewer)
     before = viewer.scene.renderer
