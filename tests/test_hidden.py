@@ -126,6 +126,28 @@ def test_the_surface_as_drawn_hides_not_the_truth(ctx, monkeypatch):
         assert (renderer.render(camera, 8.0, style=UNLIT).image != off.image).any()
 
 
+def test_an_angle_of_90_degrees_hides_nothing(ctx):
+    """Small pictures and wide views: E pixels are then an angle of 90° or more, whose tangent is negative."""
+    y = np.arange(129)[:, None] + np.zeros(129)
+    ridge = np.where(abs(y - 20) < 8, 60.0 * (8 - abs(y - 20)), 0.0) + np.where(abs(y - 90) < 3, 2.0, 0.0)
+    heightmap = tg.Heightmap(ridge.astype("f4"), SPACING_M)
+    hidden = 0
+    for size, fov, px, near in (((48, 27), 52, 60, None), ((160, 90), 170, 8.25, 0.01), ((96, 64), 140, 30, 0.02)):
+        camera = tg.Camera((640.0, 150.0, 40.0), (640.0, 1000.0, 60.0), fov)
+        with tg.Renderer(heightmap, size, ctx=ctx) as renderer:
+            on, off = both(renderer, camera, px, near_m=near)
+            np.testing.assert_array_equal(on.image, off.image)
+            hidden += renderer.choose(camera, 0.05 * px, near_m=near)["patches_hidden"]
+    assert hidden > 0
+
+
+def test_the_tangent_of_the_largest_angle():
+    for half in (1e-9, 0.01, 0.5, 0.999):
+        angle = reference.angle_off(2 * half * 500.0, 500.0)
+        assert hiding.tan_between(2 * half * 500.0, 500.0) == pytest.approx(np.tan(angle), rel=1e-3)
+    assert hiding.tan_between(1000.0, 500.0) is None and hiding.tan_between(1e9, 500.0) is None
+
+
 def test_errors_larger_than_the_horizon_relies_on_hide_nothing(valley, monkeypatch):
     renderer, camera = valley
     assert renderer.choose(camera, metric="rms")["patches_hidden"] > 0

@@ -82,6 +82,9 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
     if goal.has_holes and heightmap.voids:  # a sight line may pass through a hole and then under a ridge
         return NO_HIDING
     focal_px = camera.focal_px(size[1])
+    tan_off = tan_between(farthest_px + SNAP_PX, focal_px)
+    if tan_off is None:
+        return NO_HIDING
     half = camera.half_extent(size)
     # at the near plane, the surface may be drawn this much too high, as a fraction of the plane's distance
     # (lod/project.glsl)
@@ -91,9 +94,19 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
     uniforms = {
         "sectors": sectors_in_picture(camera, size),
         "shells": shells_over(heightmap, camera),
-        "tan_off": math.tan(2 * math.atan((farthest_px + SNAP_PX) / (2 * focal_px))),
+        "tan_off": tan_off,
     }
     return Hiding(uniforms, farthest_px, camera)
+
+
+def tan_between(apart_px: float, focal_px: float) -> float | None:
+    """Tangent of the largest angle between the directions to two points of a picture; None if it is 90° or more.
+
+    The points are `apart_px` pixels apart. With half the angle's tangent t, tan φ = 2t / (1 - t²), which is negative
+    beyond 90°.
+    """
+    half = apart_px / (2 * focal_px)
+    return 2 * half / (1 - half * half) if half < 1 else None
 
 
 def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_m: float) -> bool:

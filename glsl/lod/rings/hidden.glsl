@@ -16,7 +16,7 @@ layout(binding = 11) uniform sampler2D u_horizon;  // column: sector; row: shell
 
 uniform ivec2 u_sectors;       // the first sector that the picture shows, and the end; equal if nothing is to be hidden
 uniform int u_shells;
-uniform float u_tan_off;        // tan φ: lod/hiding.py
+uniform float u_tan_off;        // tan φ, φ below 90 degrees: lod/hiding.py
 
 #define SHELLS_PER_DOUBLING 45.0
 #define SHELL_SPACINGS 64.0
@@ -54,7 +54,7 @@ vec2 sector_direction(int sector) {
 
 // Slope that the horizon must exceed to block a sight line of this slope: that of a line steeper by the angle φ.
 float horizon_needed(float slope) {
-    float tan_off = u_tan_off + SLOPE_SLACK, level = 1.0 - slope * tan_off;
+    float tan_off = u_tan_off + SLOPE_SLACK * (1.0 + u_tan_off), level = 1.0 - slope * tan_off;
     return level > 0.0 ? (slope + tan_off) / level : NEVER;
 }
 
