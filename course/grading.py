@@ -11,14 +11,16 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from .checking import NOT_RUN, WRONG, Lesson, Outcome, check, points_text
+from .checked import outcomes
+from .checking import NOT_RUN, WRONG, Lesson, Outcome, points_text
 from .folders import HERE
+from .folders import lessons as all_lessons
 from .remote import Student
 
 LARGEST = 1 << 20  # bytes of a student's file
 DEPTH = 6  # levels of folders below a submission that are searched
 # A table's notes repeat messages with these words.
-NOTED = ("the time limit", "the process ended", "File too large", "MemoryError", "BlockingIOError")
+NOTED = ("the time limit", "the process ended", "the check ended", "too deep", "File too large", "MemoryError")
 
 
 def open_walls() -> list[str]:
@@ -34,17 +36,31 @@ def submissions(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
 
 
-def handed_in(student: Path, lesson: Lesson) -> Path | str:
-    """A student's file for a lesson, or why there is none."""
+def handed_in(student: Path, lesson: Lesson) -> tuple[Path | None, str]:
+    """A student's file for a lesson, and what to say about it; None if there is no file to grade.
+
+    Of several files, the one with the fewest folders above it is graded, then the first by alphabet.
+    """
+    found, elsewhere = [], []
     for folder, below, names in os.walk(student):
-        below[:] = sorted(below) if len(Path(folder).relative_to(student).parts) < DEPTH else []
-        if Path(folder).name == lesson.folder.name and lesson.file in names:
-            path = Path(folder) / lesson.file
-            status = path.lstat()
-            if not stat.S_ISREG(status.st_mode):
-                return "not a plain file"
-            return path if status.st_size <= LARGEST else f"more than {LARGEST:,} bytes"
-    return "not handed in"
+        below[:] = below if len(Path(folder).relative_to(student).parts) < DEPTH else []
+        if lesson.file in names:
+            path = Path(folder, lesson.file)
+            if path.parent.name == lesson.folder.name:
+                found.append(path)
+            elif path.parent.name not in {each.name for each in all_lessons()}:
+                elsewhere.append(path)
+    found.sort(key=lambda path: (len(path.parts), path))
+    if not found:
+        lies = "".join(f"; {path.relative_to(student)} is in no lesson's folder" for path in sorted(elsewhere)[:1])
+        return None, f"not handed in{lies and lies + f': put it into {lesson.folder.name}/'}"
+    status = found[0].lstat()
+    if not stat.S_ISREG(status.st_mode):
+        return None, "not a plain file"
+    if status.st_size > LARGEST:
+        return None, f"more than {LARGEST:,} bytes"
+    names = [str(path.relative_to(student)) for path in found]
+    return found[0], f"{len(found)} files: {names[0]} is graded, {names[1]} is not" if len(found) > 1 else ""
 
 
 @dataclass
@@ -53,7 +69,7 @@ class Graded:
 
     lesson: Lesson
     outcomes: list[Outcome]
-    problem: str = ""  # why there is nothing to grade
+    problem: str = ""  # why there is nothing to grade, or which of several files is graded
 
     @property
     def points(self) -> float:
@@ -82,10 +98,8 @@ class Graded:
 
 def grade_lesson(student: Path, lesson: Lesson, seed: int, seconds: float) -> Graded:
     """Grade a student's file of a lesson."""
-    file = handed_in(student, lesson)
-    if isinstance(file, str):
-        return Graded(lesson, [], file)
-    return Graded(lesson, list(check(lesson, file, seed, seconds, walled=True)))
+    file, said = handed_in(student, lesson)
+    return Graded(lesson, outcomes(lesson, file, seed, seconds) if file else [], said)
 
 
 def grade(
@@ -95,9 +109,6 @@ def grade(
 
     def row(student: Path) -> tuple[str, list[Graded]]:
         graded = [grade_lesson(student, lesson, seed, seconds) for lesson in lessons]
-        for outcome in (outcome for each in graded for outcome in each.outcomes):
-            for finding in outcome.findings:
-                finding.got = finding.want = None  # the arrays of all students would fill the memory
         told(student.name)
         return student.name, graded
 
@@ -135,8 +146,9 @@ def write_feedback(students: dict[str, list[Graded]], folder: Path) -> None:
         points, not_run = (sum(values) for values in zip(*((g.points, g.not_run) for g in graded), strict=True))
         text = [name, f"{points_text(points, not_run)} of {sum(g.lesson.points for g in graded)} points", ""]
         for each in graded:
-            own = each.problem or f"{points_text(each.points, each.not_run)} of {each.lesson.points} points"
-            text.append(f"Lesson {each.lesson.number}: {each.lesson.title}. {own}")
+            own = f"{points_text(each.points, each.not_run)} of {each.lesson.points} points"
+            said = f"{own} ({each.problem})" if each.outcomes and each.problem else each.problem or own
+            text.append(f"Lesson {each.lesson.number}: {each.lesson.title}. {said}")
             for outcome in each.outcomes:
                 got = points_text(outcome.points, outcome.not_run)
                 text.append(f"  {outcome.verdict:7}  {outcome.task.title}: {got} of {outcome.task.points}")

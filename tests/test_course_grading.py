@@ -38,7 +38,13 @@ MALICIOUS = {
     "raises": HEAD + "    raise SystemExit(0)\n",
     "object": HEAD + "    return object()\n",
     "unreadable": b"\xff\xfe\x00",
+    "deep": HEAD + "    deep = []\n    for _ in range(3000): deep = [deep]\n    return deep\n",
+    "endless_print": "import sys\n" + HEAD + "    while True: sys.stderr.write('x' * 10**6)\n",
+    "nan": HEAD + "    return float('nan')\n",
+    "tall": HEAD + "    import numpy as np\n    return np.zeros((10**6, 1, 1))\n",
 }
+# an answer whose shape makes a check's own arithmetic need more memory than there is: 1.4 compares it with a map
+TALL_FILL = "\n\ndef fill(*a):\n    return np.zeros((1000000, 1, 1))\n"
 
 
 def hand_in(folder, name, text):
@@ -126,6 +132,24 @@ def test_the_walls_stand_and_are_tried_out(tmp_path):
         assert len(probe.escapes(str(tmp_path), os.getpid())) == 7
 
 
+@pytest.mark.parametrize("read", ["import terrain_gl", "sys.meta_path.clear(); import terrain_gl", "open(OWN).read()"])
+def test_no_answer_reads_this_project(tmp_path, read):
+    """Neither by an import, nor without the guard of imports, nor as a file, wherever the project is installed."""
+    if not walls.namespaces():
+        pytest.skip("this system has no user namespaces")
+    import numpy
+
+    own = Path(numpy.__file__).parent.parent / "terrain_gl_beside_numpy.py"  # as if the project were installed there
+    path = tmp_path / "student.py"
+    path.write_text(f"import sys\nOWN = {str(own)!r}\ndef look():\n    {read}\n    return 1\n")
+    own.write_text("answer = 1\n")
+    try:
+        with courses.checking.Student(path, 20.0, walled=True) as student, pytest.raises(StudentError):
+            student.look()
+    finally:
+        own.unlink()
+
+
 def test_the_walls_stand_where_the_grader_is_the_first_process():
     """As in a container: the probe's own number in its namespace may be the grader's, too."""
     if not walls.namespaces():
@@ -166,8 +190,40 @@ def test_every_student_has_a_page_with_every_task(graded):
     assert max(map(len, pages.values())) < 4000
 
 
+def test_an_answer_that_needs_the_checks_memory_costs_its_own_task_alone(tmp_path, monkeypatch):
+    lessons = [checking.lesson(1)]
+    path = tmp_path / "class" / "anna" / lessons[0].folder.name / "student.py"
+    path.parent.mkdir(parents=True)
+    path.write_text(solved(1) + TALL_FILL)
+    (graded,) = grading.grade(tmp_path / "class", lessons, 5, 20.0, 1, lambda name: None)["anna"]
+    verdicts = {outcome.task.title[:3]: outcome.verdict for outcome in graded.outcomes}
+    assert verdicts.pop("1.4") == "wrong" and set(verdicts.values()) == {"exact"}
+
+
+def test_a_check_that_ends_leaves_a_row_with_the_reason(tmp_path, monkeypatch):
+    """A check that dies is a task that is wrong, with a reason, and no end of the grading."""
+    monkeypatch.setattr("sys.executable", "/bin/false")
+    hand_in(tmp_path, "anna", solved(2))
+    (graded,) = grading.grade(tmp_path, [LESSON], 5, 20.0, 1, lambda name: None)["anna"]
+    assert len(graded.outcomes) == 3 and graded.points == 0 and "the check ended" in graded.note
+
+
+def test_copies_and_misplaced_files_are_told(tmp_path):
+    hand_in(tmp_path, "anna/old", BLANK)
+    hand_in(tmp_path, "anna", solved(2))
+    (tmp_path / "ben").mkdir()
+    (tmp_path / "ben" / "student.py").write_text(solved(2))
+    found = grading.grade(tmp_path, [LESSON], 5, 20.0, 1, lambda name: None)
+    grading.write_feedback(found, tmp_path / "feedback")
+    anna, ben = ((tmp_path / "feedback" / f"{name}.txt").read_text() for name in ("anna", "ben"))
+    assert (
+        "10 of 10 points (2 files: 02_screen_error/student.py is graded, old/02_screen_error/student.py is not)" in anna
+    )
+    assert "student.py is in no lesson's folder: put it into 02_screen_error/" in ben
+
+
 def test_without_opengl_a_right_answer_loses_nothing_silently(tmp_path, monkeypatch):
-    monkeypatch.setattr("course.shaders.missing", lambda: "this machine has no OpenGL 4.3")
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", str(tmp_path / "none.json"))
     for number in (3, 8):
         path = tmp_path / "class" / "anna" / checking.lesson(number).folder.name / "student.py"
         path.parent.mkdir(parents=True)

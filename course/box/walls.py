@@ -56,14 +56,27 @@ def limit(walled: bool, seconds: int = SECONDS) -> None:
     except ImportError:  # Windows: only the time limit of the parent applies
         return
     wanted = {resource.RLIMIT_CPU: seconds, resource.RLIMIT_FSIZE: FILE, resource.RLIMIT_CORE: 0}
-    if sys.platform != "darwin":  # macOS refuses a limit of memory
-        wanted[resource.RLIMIT_AS] = MEMORY
+    limit_memory(MEMORY)
     if walled:  # no other processes; the kernel exempts the system's root from this limit
         wanted[resource.RLIMIT_NPROC] = 0
     for kind, most in wanted.items():
-        hard = resource.getrlimit(kind)[1]
-        most = most if hard == resource.RLIM_INFINITY else min(most, hard)
-        resource.setrlimit(kind, (most, most))
+        _set_limit(kind, most)
+
+
+def limit_memory(most: int) -> None:
+    """Limit the memory of this process, in bytes, where the system can."""
+    if sys.platform.startswith("linux"):  # macOS refuses such a limit
+        import resource
+
+        _set_limit(resource.RLIMIT_AS, most)
+
+
+def _set_limit(kind: int, most: int) -> None:
+    import resource
+
+    hard = resource.getrlimit(kind)[1]
+    most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(kind, (most, most))
 
 
 # Landlock: access rights, by the first version of the interface that has these rights (linux/landlock.h)
@@ -135,8 +148,11 @@ def seccomp() -> bool:
 
 
 def _readable() -> list[str]:
-    """Folders of Python, its libraries and the system's libraries, without the lecturer's files."""
-    own = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    """Python's own library, numpy and the system's libraries: no other package, so neither answers nor this project."""
+    library = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib")}
+    own = [str(path) for folder in library for path in Path(folder).iterdir() if not path.name.endswith("-packages")]
+    packages = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
+    numpy = [str(Path(folder, name)) for folder in packages for name in ("numpy", "numpy.libs")]
     linked = ["/usr/lib", "/usr/lib64", "/lib", "/lib64", "/etc/ld.so.cache", "/dev/urandom", "/proc/cpuinfo"]
-    share = [os.path.join(sys.base_prefix, "lib")]
-    return [*own, *share, *linked, str(Path(__file__).parent)]
+    shared = [str(path) for path in Path(sys.base_prefix, "lib").glob("*.so*")]
+    return [*own, *numpy, *shared, *linked, str(Path(__file__).parent)]

@@ -21,7 +21,10 @@ def pack(value: Any) -> bytes:
 def unpack(body: bytes) -> Any:
     """Undo `pack`, without the length."""
     text, _, data = body.partition(b"\n")
-    return _value(json.loads(text), memoryview(data))
+    try:
+        return _value(json.loads(text), memoryview(data))
+    except RecursionError:
+        raise ValueError("lists in lists, too deep") from None
 
 
 def read(stream: IO[bytes]) -> Any:
