@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from .comparison.golden import GoldenPictures
 
+_OWNERS = pytest.StashKey[dict[str, str]]()  # the tests that golden pictures of the session belong to
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the two options."""
@@ -27,7 +29,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--terrain-failures",
         metavar="FOLDER",
         default="terrain-failures",
-        help="folder for pictures that differ (default: terrain-failures)",
+        help="folder for the pictures of tests that fail (default: terrain-failures)",
     )
 
 
@@ -52,11 +54,25 @@ def terrain_picture(request: pytest.FixtureRequest, _terrain_ctx: moderngl.Conte
         driver = _terrain_ctx.info["GL_RENDERER"]
         pytest.skip(f"golden pictures are of software OpenGL, this is {driver}: docs/testing.md")
     config = request.config
-    failures = Path(config.getoption("--terrain-failures"))
+    folder = request.path.parent
+    failures = config.invocation_params.dir / config.getoption("--terrain-failures")
     return GoldenPictures(
         _terrain_ctx,
-        request.path.parent,
-        f"{request.path.stem}-{request.node.name}",
-        config.invocation_params.dir / failures,
+        folder,
+        f"{request.path.stem}-{'.'.join(_names_in_file(request.node))}",
+        failures / _inside(config.rootpath, folder),
         config.getoption("--regenerate-terrain"),
+        config.stash.setdefault(_OWNERS, {}),
     )
+
+
+def _names_in_file(node: pytest.Item) -> Iterator[str]:
+    """The names of the classes around a test, and of the test with its parameters."""
+    for part in node.listchain():
+        if isinstance(part, pytest.Class) or part is node:
+            yield part.name
+
+
+def _inside(root: Path, folder: Path) -> Path:
+    """A folder relative to pytest's root; for a folder outside the root, its path without the drive."""
+    return folder.relative_to(root) if folder.is_relative_to(root) else folder.relative_to(folder.anchor)

@@ -62,3 +62,30 @@ def test_golden(ctx, renderers, regenerate, tmp_path, name, style):
         write_png(tmp_path / "drawn.png", pixels)
         write_png(tmp_path / "difference.png", difference(pixels, golden))
         pytest.fail(f"{differs.mean():.2%} of the pixels differ from {path.name}; see {tmp_path}/difference.png")
+
+
+ROOTS = """#version 430
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Values { float values[]; };
+void main() {
+    float x = values[gl_GlobalInvocationID.x];
+    values[2 * gl_NumWorkGroups.x * 64 + gl_GlobalInvocationID.x] = 1.0 / x;
+    values[gl_NumWorkGroups.x * 64 + gl_GlobalInvocationID.x] = inversesqrt(x);
+}
+"""
+
+
+def test_no_estimates(ctx):
+    """Reciprocals and roots are those of IEEE division and roots: instructions that estimate differ by processor."""
+    if "llvmpipe" not in ctx.info["GL_RENDERER"]:
+        pytest.skip("the bytes of golden pictures are llvmpipe's")
+    x = np.exp2(np.random.default_rng(3).uniform(-60, 60, 4096)).astype("f4")
+    program = ctx.compute_shader(ROOTS)
+    buffer = ctx.buffer(np.concatenate([x, x, x]))
+    buffer.bind_to_storage_buffer(0)
+    program.run(64)
+    _, root, reciprocal = np.frombuffer(buffer.read(), "f4").reshape(3, -1)
+    buffer.release()
+    program.release()
+    np.testing.assert_array_equal(reciprocal, np.float32(1) / x)
+    np.testing.assert_array_equal(root, np.float32(1) / np.sqrt(x))
