@@ -37,7 +37,7 @@ from terrain_gl.light.gaussians import SKY_AXES, SKY_SHARPNESS
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import SUN_RADIUS, SkyVisibility, SunVisibility, Visibility, lattice_direction
 from terrain_gl.light.lighting import Lighting
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.terrain import Terrain
 
 LANDS = {
@@ -256,13 +256,13 @@ def lobes(kept: Kept) -> None:
 
 def of_view(kept, name, posts, measure):
     """Numbers of one view of a bundled map; the truth is kept beside them."""
-    heightmap, look = open_map(name)[0], RenderOptions(method="full", sun=SUN, edge="none", grain="off")
+    heightmap, look = open_map(name)[0], FrameOptions(method="full", sun=SUN, surroundings="none", grain="off")
     camera, known = camera_over(heightmap, posts), kept.folder / f"view-{name}-{posts}-truth.png"
     with Renderer(heightmap, SIZE) as renderer:
         if not known.exists():
             write_png(known, render_light_truth(renderer, camera, SIZE, 12, look)[..., :3])
             renderer.resize(SIZE)
-        renderer.draw(camera, method="full", style="shaded", sun=SUN, edge="none", grain="off")
+        renderer.draw(camera, method="full", style="shaded", sun=SUN, surroundings="none", grain="off")
         return measure(renderer.picture, camera, look.shading, read_image(known)[..., :3])
 
 

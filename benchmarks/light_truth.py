@@ -15,7 +15,7 @@ from terrain_gl.light.atmosphere import LUMINANCE
 from terrain_gl.light.gaussians import SUN_RADIUS_DEG
 from terrain_gl.light.lighting import exposure
 from terrain_gl.light.sky import dome
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 
 RAYS = 512  # rays to the sky for a pixel, about; more if a pixel has very many places
 WHITE = 2.2  # glsl/shade/tone.glsl
@@ -25,11 +25,11 @@ def render_light_truth(renderer, camera, size, fine, options):
     """Draw the truth of a shaded picture: (height, width, 4) uint8 sRGB, first row on top.
 
     Each pixel is lit at fine × fine places. Each place sends `rays_of(fine)` rays to the sky, half as many in the
-    direction of the mirror reflection, and one to the sun. `options` (`RenderOptions`) give sun, sky and material;
+    direction of the mirror reflection, and one to the sun. `options` (`FrameOptions`) give sun, sky and material;
     method and tolerance are not used.
     """
     near_m, curvature, refraction = options.near_m, options.curvature, options.refraction
-    ground = RenderOptions(method="full", near_m=near_m, curvature=curvature, refraction=refraction)
+    ground = FrameOptions(method="full", near_m=near_m, curvature=curvature, refraction=refraction)
     frame = renderer.select(camera, size, ground)
     parts = cut(size, fine, largest=2048)  # each part draws the whole mesh
     image = np.empty((size[1], size[0], 4), np.uint8)

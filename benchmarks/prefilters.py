@@ -17,7 +17,7 @@ from terrain_gl.gpu import gl, shaders
 from terrain_gl.gpu.bindings import bind
 from terrain_gl.light.horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
 from terrain_gl.light.lighting import Lighting
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 
 GLSL = "../benchmarks/glsl/prefilter/"
 PRINTED = 2  # the last step towards the supplement's own shading
@@ -30,7 +30,7 @@ LIGHT_LABELS = {
     "point": "Point samples",
 }
 BASELINES = ("mip", "toksvig", "leadr", "point")
-OF_LAND = {"method": "full", "style": "shaded", "edge": "none", "grain": "off"}  # light of the land alone
+OF_LAND = {"method": "full", "style": "shaded", "surroundings": "none", "grain": "off"}  # light of the land alone
 _TEXTURES = ("u_normals", "u_slopes", "u_products")
 
 
@@ -40,7 +40,7 @@ def compare_light(renderer, camera, fine, truth=None, **options):
     The truth lights fine × fine places for each pixel, unless it is given; `options` are sun, sky and material.
     """
     options |= OF_LAND
-    chosen = RenderOptions(**options)
+    chosen = FrameOptions(**options)
     size = renderer.size
     if truth is None:
         truth = render_light_truth(renderer, camera, size, fine, chosen)[..., :3]

@@ -117,7 +117,7 @@ def load_all(renderer: tg.Renderer) -> tg.Renderer:
 def pictures(heightmap: tg.Heightmap, stored: StoredMap) -> None:
     """Differences of pictures."""
     camera = standard_view(heightmap)
-    how = {"sun": (245, 20), "edge": "none"}
+    how = {"sun": (245, 20), "surroundings": "none"}
     with tg.Renderer(heightmap, SIZE) as renderer:
         expected = renderer.render(camera, 1.0, **how).image
     for what in ("tiles of the view", "all tiles"):

@@ -22,7 +22,7 @@ from terrain_gl.files.maps import open_map
 from terrain_gl.gpu.context import create_context
 from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.controller import Pose
 from terrain_gl.viewer.lecture import Lecture, read_lecture
@@ -72,10 +72,10 @@ def sides_of(app: App) -> list[dict[str, Any]]:
     ]
 
 
-def changed(options: RenderOptions) -> dict[str, Any]:
+def changed(options: FrameOptions) -> dict[str, Any]:
     """The options that are not as they are by default, as JSON can hold them."""
     given = {each.name: getattr(options, each.name) for each in fields(options)}
-    usual = RenderOptions()
+    usual = FrameOptions()
     given = {name: value for name, value in given.items() if value != getattr(usual, name)}
     return {name: asdict(value) if isinstance(value, Camera) else value for name, value in given.items()}
 

@@ -213,7 +213,7 @@ class Scene:
         return 0.1 * min(self.heightmap.spacing_m)
 
     def select(self, camera, tolerance_px=1.0, metric=None, cull=True, triangles=None):
-        metric = metric or ("rms" if triangles else "max")  # as `RenderOptions` has it
+        metric = metric or ("rms" if triangles else "max")  # as `FrameOptions` has it
         return self.levels.select(camera, self.size, self.near_m, Goal(tolerance_px, metric, cull, triangles))
 
     def triangles(self, selection):

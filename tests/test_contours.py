@@ -10,7 +10,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import linear_from_srgb
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.shade.contours import MOST, interval_m
 
 SIZE = (240, 120)
@@ -152,7 +152,7 @@ def test_cover_is_the_twins(ctx):
 @pytest.mark.parametrize("contour_m", [-1.0, float("nan"), float("inf")])
 def test_what_is_no_interval_is_refused(contour_m):
     with pytest.raises(UsageError, match="contours"):
-        RenderOptions(contour_m=contour_m)
+        FrameOptions(contour_m=contour_m)
 
 
 def test_the_command_line_takes_metres_or_auto(capsys):

@@ -23,7 +23,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.readers.georeference import Georeference, Grid
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.shade.surroundings import BLOCK
 from terrain_gl.verify.measure import _parts_in_picture, places_of, truth_m
 
@@ -218,7 +218,7 @@ def test_the_horizon_of_a_plain_is_where_geometry_puts_it(refraction):
     radius_m = EARTH_M / (1 - refraction)
     with Renderer(plain, (64, 360)) as renderer:
         camera = Camera((3e5, 1e3, height_m), (3e5, 2e3, height_m), 8.0)
-        stats = renderer.draw(camera, 0.5, curvature="on", refraction=refraction, style="normals", edge="none")
+        stats = renderer.draw(camera, 0.5, curvature="on", refraction=refraction, style="normals", surroundings="none")
         assert stats["curvature_radius_m"] == pytest.approx(radius_m)
         cols_rows = renderer.picture.places()[0]
         row = int(np.argmax(cols_rows[:, 32, 0] >= 0))
@@ -229,7 +229,7 @@ def test_the_horizon_of_a_plain_is_where_geometry_puts_it(refraction):
         assert farthest_m == pytest.approx(math.sqrt(2 * radius_m * height_m), rel=0.17)
         measured = renderer.measure()
         assert measured["max_error_px"] <= measured["certified_max_error_px"] <= 0.5 and measured["holes"] == 0
-        flat = renderer.draw(camera, 0.5, curvature="off", style="normals", edge="none")
+        flat = renderer.draw(camera, 0.5, curvature="off", style="normals", surroundings="none")
         assert flat["curvature_radius_m"] is None
         assert np.argmax(renderer.picture.places()[0][:, 32, 0] >= 0) < row
 
@@ -315,7 +315,7 @@ def test_the_rule_by_which_the_earth_is_round(heightmap, mode, radius_m):
 @pytest.mark.parametrize("options", [{"curvature": "yes"}, {"refraction": 1.0}, {"refraction": -0.1}])
 def test_bad_values_are_refused(options):
     with pytest.raises(UsageError, match=next(iter(options))):
-        RenderOptions(**options)
+        FrameOptions(**options)
 
 
 def test_the_command_line_bends_the_ground(run, folder):

@@ -49,7 +49,7 @@ def test_the_side_of_the_block_stands_below_the_rim(ctx):
     heightmap = plateau()
     camera, (east, _) = outside(heightmap), heightmap.extent_m
     with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
-        block, none = shown(renderer, camera), shown(renderer, camera, edge="none")
+        block, none = shown(renderer, camera), shown(renderer, camera, surroundings="none")
         land = renderer.picture.coverage()
     col, row = pixel_of(camera, (east / 2, 0.0, heightmap.range_m[0] - 20))
     wall, foot = block[row, col], block[row + 12, col]
@@ -68,7 +68,9 @@ def test_a_wall_hides_the_land_behind_it(tmp_path, ctx):
     east, north = heightmap.extent_m
     camera = Camera((east / 2, -0.8 * north, 400.0), (east / 2, north / 2, 400.0), 50.0)
     with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
-        block, none = (shown(renderer, camera, edge=e, material=tmp_path / "red.png") for e in ("block", "none"))
+        block, none = (
+            shown(renderer, camera, surroundings=e, material=tmp_path / "red.png") for e in ("block", "none")
+        )
         land = renderer.picture.coverage()
     (col, top), (_, foot) = (pixel_of(camera, (east / 2, 0.0, z)) for z in (490.0, 330.0))
     wall = np.s_[top:foot, col - 20 : col + 20]
@@ -116,7 +118,7 @@ def test_over_the_map_one_looks_out_on_a_plain_and_no_wall(ctx):
 def test_other_styles_show_the_map_alone(ctx, style):
     heightmap = plateau()
     with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
-        both = [shown(renderer, outside(heightmap), style=style, edge=edge) for edge in ("block", "none")]
+        both = [shown(renderer, outside(heightmap), style=style, surroundings=edge) for edge in ("block", "none")]
     assert np.array_equal(*both)
 
 
@@ -125,7 +127,7 @@ def test_what_is_measured_is_the_mesh(ctx):
     with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
         told, keys = [], ("max_error_px", "rms_error_px", "posts_measured", "triangles", "holes")
         for edge in ("block", "none"):
-            renderer.draw(outside(heightmap), 1.0, edge=edge)
+            renderer.draw(outside(heightmap), 1.0, surroundings=edge)
             stats = renderer.measure()
             told.append([stats[key] for key in keys])
     assert told[0] == told[1] and told[0][-1] == 0

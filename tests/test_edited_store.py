@@ -26,7 +26,7 @@ from terrain_gl.pages.map import Page
 from terrain_gl.pages.sheet import Sheet
 from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, widened
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.terrain import quantisation_range
 
 pytest.importorskip("zarr")
@@ -58,7 +58,7 @@ def bumped(heights, rows, cols, rise_m=9.0, seed=0):
 
 
 def chosen(renderer, camera, error_px, metric="max"):
-    frame = renderer.inspector.frame = renderer.select(camera, SIZE, RenderOptions(error_px, metric=metric))
+    frame = renderer.inspector.frame = renderer.select(camera, SIZE, FrameOptions(error_px, metric=metric))
     return frame.selection
 
 
@@ -512,7 +512,7 @@ def test_an_edit_undone_is_none(placed):
         with pytest.raises(UsageError, match="has no edits"):
             renderer.save_edits("none.tif")
         camera = standard_view(renderer.heightmap.coarse())
-        assert "--edits" not in command_line(renderer.heightmap, camera, SIZE, RenderOptions())
+        assert "--edits" not in command_line(renderer.heightmap, camera, SIZE, FrameOptions())
         renderer.rebuild()
         with Renderer(StoredMap("s"), SIZE) as untouched:
             frames = [each.render(camera, 0.5) for each in (renderer, untouched)]

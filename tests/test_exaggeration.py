@@ -11,7 +11,7 @@ from terrain_gl.files.views import standard_sun
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 
 SIZE = (160, 100)
 FACTOR = 3.0
@@ -35,7 +35,7 @@ def of_higher_land(heights, **options):
 
 @pytest.mark.parametrize("style", ["lambert", "shaded"])
 def test_it_is_the_picture_of_higher_land_also_after_another_one(style):
-    options = {"style": style, "look": "grey", "grain": "off", "edge": "none"}
+    options = {"style": style, "look": "grey", "grain": "off", "surroundings": "none"}
     with Renderer(Heightmap(hills(), 30.0), SIZE) as renderer:
         plain = renderer.render(Camera(EYE, TARGET), **options).image.astype(int)
         high = renderer.render(Camera(EYE, TARGET), exaggeration=FACTOR, **options).image.astype(int)
@@ -113,7 +113,7 @@ def test_colours_stand_at_true_heights():
 @pytest.mark.parametrize("factor", [0.0, -1.0, 1000.0, float("nan")])
 def test_factors_out_of_range_are_refused(factor):
     with pytest.raises(UsageError, match="exaggeration"):
-        RenderOptions(exaggeration=factor)
+        FrameOptions(exaggeration=factor)
 
 
 def test_the_command_line_has_it_for_pictures_of_small_maps_and_stores_and_for_meshes(folder, run):

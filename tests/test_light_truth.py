@@ -15,7 +15,7 @@ from terrain_gl.comparison.likeness import rmse
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import srgb_from_linear
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.terrain import Terrain
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -95,7 +95,7 @@ def test_level_ground_is_shaded_as_it_is_by_rays(renderer):
     east, north = heightmap.extent_m
     camera = Camera((east / 2, north / 2, 300.0), (east / 2, north / 2 + 20, 123.4), 40)
     r = renderer(heightmap, (32, 18))
-    truth = render_light_truth(r, camera, (32, 18), 4, RenderOptions(sun=(200.0, 40.0)))
+    truth = render_light_truth(r, camera, (32, 18), 4, FrameOptions(sun=(200.0, 40.0)))
     r.resize((32, 18))
     ours = r.render(camera, method="full", sun=(200.0, 40.0)).image
     assert rmse(truth, ours) < 0.012  # 3 steps of 8 bits: noise of 128 rays a pixel, and the fit of the sky

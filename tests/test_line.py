@@ -21,7 +21,7 @@ from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 
 SIZE = (96, 64)
 
@@ -44,7 +44,7 @@ def parsed(line):
 
 def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
     """Assert that the command line draws what the renderer draws; returns the command line."""
-    drawing = drawing or RenderOptions()
+    drawing = drawing or FrameOptions()
     line = command_line(heightmap, camera, size, drawing)
     assert cli.main(shlex.split(line)[1:]) == 0
     with Renderer(heightmap, size) as renderer:
@@ -55,8 +55,8 @@ def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
 @pytest.mark.parametrize(
     ("drawing", "said"),
     [
-        (RenderOptions(method="clipmap", parameters=Rings(31), style="depth"), "--ring 31"),
-        (RenderOptions(method="tessellated", parameters=Edges(12.5), style="depth"), "--edge 12.5"),
+        (FrameOptions(method="clipmap", parameters=Rings(31), style="depth"), "--ring 31"),
+        (FrameOptions(method="tessellated", parameters=Edges(12.5), style="depth"), "--edge 12.5"),
     ],
 )
 def test_parameters_of_rivals(drawing, said):
@@ -66,7 +66,7 @@ def test_parameters_of_rivals(drawing, said):
 
 def test_parameters_without_an_option_are_refused():
     heightmap = Heightmap.open("a hill's map.npy")
-    drawing = RenderOptions(method="clipmap", parameters=Rings(31, finest=2))
+    drawing = FrameOptions(method="clipmap", parameters=Rings(31, finest=2))
     with pytest.raises(UsageError, match="no options for all of Rings"):
         command_line(heightmap, standard_view(heightmap), SIZE, drawing)
 
@@ -75,43 +75,43 @@ def test_only_what_is_unusual_is_said():
     known = bundled()["canyon-15m"]
     heightmap, _ = open_map("canyon-15m")
     assert (
-        command_line(heightmap, known.camera, (1280, 720), RenderOptions(sun=known.sun))
+        command_line(heightmap, known.camera, (1280, 720), FrameOptions(sun=known.sun))
         == "terrain-gl shot canyon-15m -o picture.png"
     )
     line = command_line(
-        heightmap, Camera(known.eye, (1, -2.5, 3e-7), known.fov_deg), SIZE, RenderOptions(2, sun=known.sun), "a b.png"
+        heightmap, Camera(known.eye, (1, -2.5, 3e-7), known.fov_deg), SIZE, FrameOptions(2, sun=known.sun), "a b.png"
     )
     assert line == "terrain-gl shot canyon-15m -o 'a b.png' --target 1,-2.5,3e-07 --size 96x64 --max-error 2"
 
 
 def test_bundled_map_in_its_view():
     known = bundled()["canyon-15m"]
-    draws_the_same(open_map("canyon-15m")[0], known.camera, RenderOptions(sun=known.sun, style="normals"))
+    draws_the_same(open_map("canyon-15m")[0], known.camera, FrameOptions(sun=known.sun, style="normals"))
 
 
 def test_bundled_map_in_another_shape():
     heightmap, _ = open_map("canyon-15m", spacing_m=(10.0, 20.0))
-    line = draws_the_same(heightmap, standard_view(heightmap, "high"), RenderOptions(style="normals"))
+    line = draws_the_same(heightmap, standard_view(heightmap, "high"), FrameOptions(style="normals"))
     assert "--spacing 10,20" in line
     bare = Heightmap.open(bundled()["canyon-15m"].path)
-    line = draws_the_same(bare, standard_view(bare), RenderOptions(style="normals"))
+    line = draws_the_same(bare, standard_view(bare), FrameOptions(style="normals"))
     assert "--spacing 1,1 --z-scale 0.0006 --z-offset 0" in line
 
 
 def test_a_copy_of_a_bundled_map(folder):
     shutil.copy(bundled()["canyon-15m"].path, "other.png")
     heightmap, known = open_map("other.png")
-    assert "shot canyon-15m" in command_line(heightmap, known.camera, SIZE, RenderOptions(sun=known.sun))
+    assert "shot canyon-15m" in command_line(heightmap, known.camera, SIZE, FrameOptions(sun=known.sun))
 
 
 @pytest.mark.parametrize(
     "drawing",
     [
-        RenderOptions(),
-        RenderOptions(0.1 + 0.2, metric="rms"),
-        RenderOptions(method="full", style="normals", near_m=1 / 3),
-        RenderOptions(style="wireframe", sun=(-10.5, 60)),
-        RenderOptions(triangles=500),
+        FrameOptions(),
+        FrameOptions(0.1 + 0.2, metric="rms"),
+        FrameOptions(method="full", style="normals", near_m=1 / 3),
+        FrameOptions(style="wireframe", sun=(-10.5, 60)),
+        FrameOptions(triangles=500),
     ],
     ids=str,
 )
@@ -121,13 +121,13 @@ def test_a_file_with_everything(drawing):
     line = draws_the_same(heightmap, camera, drawing)
     args = parsed(line)
     scene = options.open_scene(args)
-    assert scene.camera == camera and RenderOptions(**options.render_options(args) | {"sun": scene.sun}) == drawing
+    assert scene.camera == camera and FrameOptions(**options.render_options(args) | {"sun": scene.sun}) == drawing
     assert np.array_equal(scene.heightmap.heights, heightmap.heights, equal_nan=True)
 
 
 def test_from_another_folder(folder, monkeypatch):
     heightmap = Heightmap.open("a hill's map.npy")
-    line = command_line(heightmap, standard_view(heightmap), SIZE, RenderOptions())
+    line = command_line(heightmap, standard_view(heightmap), SIZE, FrameOptions())
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
     assert np.array_equal(options.open_scene(parsed(line)).heightmap.heights, heightmap.heights)
@@ -147,7 +147,7 @@ numbers = st.floats(-1e8, 1e8).filter(lambda v: v == 0 or abs(v) > 1e-100)
 def test_every_digit_counts(eye, fov, max_error, elevation):
     camera = Camera(eye, tuple(np.add(eye, (3e3, 1e3, -2e3))), fov)
     heightmap = open_map("canyon-15m")[0]
-    args = parsed(command_line(heightmap, camera, SIZE, RenderOptions(max_error, sun=(12.3, elevation))))
+    args = parsed(command_line(heightmap, camera, SIZE, FrameOptions(max_error, sun=(12.3, elevation))))
     start = bundled()["canyon-15m"].camera
     said = {"eye": args.eye or start.eye, "target": args.target, "fov_deg": args.fov or start.fov_deg}
     assert Camera(**said) == camera and args.max_error_px == max_error and args.sun == (12.3, elevation)
@@ -157,20 +157,20 @@ def test_what_no_option_says_is_not_passed_over(monkeypatch):
     heightmap = Heightmap.open("a hill's map.npy")
     monkeypatch.setattr(options, "add_rendering", lambda command: None)
     with pytest.raises(UsageError, match="no option for style"):
-        command_line(heightmap, standard_view(heightmap), (1280, 720), RenderOptions(style="lod"))
+        command_line(heightmap, standard_view(heightmap), (1280, 720), FrameOptions(style="lod"))
 
 
 def test_maps_that_no_file_holds():
     for heightmap in (Heightmap([[0, 1], [2, 3]]), Heightmap.open("a hill's map.npy").copy()):
         heightmap.write(0, 0, [[7]])
         with pytest.raises(UsageError, match="save it"):
-            command_line(heightmap, standard_view(heightmap), SIZE, RenderOptions())
+            command_line(heightmap, standard_view(heightmap), SIZE, FrameOptions())
 
 
 def test_edits_in_the_renderer_are_noticed():
     heightmap = Heightmap.open("a hill's map.npy")
     with Renderer(heightmap, SIZE) as renderer:
-        assert command_line(renderer.heightmap, standard_view(heightmap), SIZE, RenderOptions())
+        assert command_line(renderer.heightmap, standard_view(heightmap), SIZE, FrameOptions())
         renderer.edit(np.s_[2:4], np.s_[5:9], 55.0)
         with pytest.raises(UsageError, match="save it"):
-            command_line(renderer.heightmap, standard_view(heightmap), SIZE, RenderOptions())
+            command_line(renderer.heightmap, standard_view(heightmap), SIZE, FrameOptions())

@@ -12,7 +12,7 @@ from terrain_gl.cli import options as cli_options
 from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.renderer.methods import CERTIFIED, REGISTRY, Method
-from terrain_gl.renderer.options import METHODS, OPTIONS, Option, RenderOptions
+from terrain_gl.renderer.options import METHODS, OPTIONS, FrameOptions, Option
 
 CHOICES = [
     {"max_error_px": 2.0},
@@ -25,34 +25,34 @@ CHOICES = [
 
 @pytest.mark.parametrize(("first", "then"), [*itertools.product(CHOICES, CHOICES)])
 def test_the_later_choice_holds(first, then):
-    changed = RenderOptions(**first, style="normals").otherwise(**then)
+    changed = FrameOptions(**first, style="normals").otherwise(**then)
     assert {key: getattr(changed, key) for key in then} == then and changed.style == "normals"
 
 
 def test_what_goes_with_the_change_stays():
-    budget = RenderOptions(triangles=500, metric="rms").otherwise(method="clipmap")
+    budget = FrameOptions(triangles=500, metric="rms").otherwise(method="clipmap")
     assert (budget.triangles, budget.metric, budget.method) == (500, "rms", "clipmap")
-    assert RenderOptions(3.0).otherwise(method="full").otherwise(method="sat").max_error_px == 3.0
-    assert RenderOptions(method="clipmap", parameters=Rings(101)).otherwise(style="lod").parameters == Rings(101)
+    assert FrameOptions(3.0).otherwise(method="full").otherwise(method="sat").max_error_px == 3.0
+    assert FrameOptions(method="clipmap", parameters=Rings(101)).otherwise(style="lod").parameters == Rings(101)
 
 
 def test_choices_that_exclude_each_other_are_refused_together():
     with pytest.raises(UsageError, match="give only one of them"):
-        RenderOptions().otherwise(triangles=500, max_error_px=2.0)
+        FrameOptions().otherwise(triangles=500, max_error_px=2.0)
     with pytest.raises(UsageError, match="draws every post"):
-        RenderOptions().otherwise(triangles=500, method="full")
+        FrameOptions().otherwise(triangles=500, method="full")
 
 
 @pytest.mark.parametrize("sun", [(float("nan"), 5.0), (1.0, 100.0), (1.0, 2.0, 3.0), None])
 def test_suns_that_are_none(sun):
     with pytest.raises(UsageError, match="sun: expected azimuth and elevation"):
-        RenderOptions(sun=sun)
+        FrameOptions(sun=sun)
 
 
 @pytest.mark.parametrize("option", ["triangles", "water_m", "near_m", "max_error_px"])
 def test_what_is_no_number_is_refused(option):
     with pytest.raises(UsageError, match="nan"):
-        RenderOptions(**{option: float("nan")})
+        FrameOptions(**{option: float("nan")})
 
 
 def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):

@@ -24,7 +24,7 @@ from terrain_gl.store import build
 from terrain_gl.store.opened import StoredMap
 
 SIZE = (96, 54)
-LIT = {"style": "shaded", "edge": "none", "grain": "off"}
+LIT = {"style": "shaded", "surroundings": "none", "grain": "off"}
 DIRECTIONS = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.25, -1.0), (-1.0, 0.5), (1.0, -1.0), (-0.75, -1.0)]
 
 

@@ -23,7 +23,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.light.ground import HeightSums
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.renderer.overlay import Overlay
 
 pytest.importorskip("zarr")
@@ -71,7 +71,7 @@ def all_pages(heightmap):
 
 def choose(renderer, camera, **options):
     """Choose a mesh from the loaded pages only; returns its certified error."""
-    frame = renderer.inspector.frame = renderer.select(camera, renderer.size, RenderOptions(**options))
+    frame = renderer.inspector.frame = renderer.select(camera, renderer.size, FrameOptions(**options))
     return frame.selection
 
 

@@ -46,7 +46,9 @@ def kinds_of(picture):
 def shaded(renderer, camera, **options):
     """The land alone, in a plain colour: no surroundings, no grain."""
     return (
-        renderer.render(camera, sun=SUN, look="earth", edge="none", grain="off", **options).image[..., :3].astype(int)
+        renderer.render(camera, sun=SUN, look="earth", surroundings="none", grain="off", **options)
+        .image[..., :3]
+        .astype(int)
     )
 
 

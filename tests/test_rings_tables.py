@@ -12,7 +12,7 @@ from terrain_gl.gpu import layout
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import Goal, QuadtreeSelector, RingsSelector, rings
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.verify.measure import Measurement
 
 SIZE = (160, 90)
@@ -39,7 +39,7 @@ def mesh_of(scene, camera, **settings):
 
 
 def options(**settings):
-    return RenderOptions(method="sat", **settings)
+    return FrameOptions(method="sat", **settings)
 
 
 def fill_with(buffer, words):

@@ -67,7 +67,7 @@ def lights_of(heightmap, ctx, cameras, baseline=None, fine=1):
     with Renderer(heightmap, size=(SIZE[0] * fine, SIZE[1] * fine), ctx=ctx) as renderer:
         mipmaps, lights = prefilters.Mipmaps(renderer.picture), []
         for camera in cameras:
-            picture = renderer.render(camera, sun=SUN, edge="none").image  # of the land alone
+            picture = renderer.render(camera, sun=SUN, surroundings="none").image  # of the land alone
             if baseline:
                 prefilters.shade_as(baseline, renderer.picture, mipmaps, camera, Look(sun=SUN))
                 picture = renderer.picture.read()

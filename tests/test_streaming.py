@@ -18,7 +18,7 @@ from terrain_gl.pages.loader import Loader
 from terrain_gl.pages.streaming import Motion
 from terrain_gl.pages.wanted import DrawnPatches
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 
 pytest.importorskip("zarr")
 from terrain_gl.store import build
@@ -111,7 +111,7 @@ def test_what_patches_ask_for_is_what_loops_find(hills):
             renderer.session.enter()
             renderer.tables.load(keys)
             renderer.streaming.select = lambda choose, camera, goal: (choose(camera), {})
-            selection = renderer.select(camera, SIZE, RenderOptions(0.5)).selection
+            selection = renderer.select(camera, SIZE, FrameOptions(0.5)).selection
             patches = DrawnPatches(terrain, selection, camera)
             numbers, worth = patches.wanted(Goal(0.5))
             expected = wanted_by_loops(terrain, patches, 0.5)

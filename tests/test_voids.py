@@ -10,7 +10,7 @@ from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.terrain.filling import Filling, fill_voids
 
 SIZE = (160, 90)
@@ -134,4 +134,4 @@ def test_the_bound_is_over_posts_with_data_alone(ctx, view, method):
 
 def test_other_words_are_refused():
     with pytest.raises(UsageError, match="voids: expected one of fill, hole, got 'gap'"):
-        RenderOptions(voids="gap")
+        FrameOptions(voids="gap")

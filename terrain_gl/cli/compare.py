@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def look(args: argparse.Namespace, scene: options.CommandScene) -> dict[str, Any]:
-    """The options that all methods share, by the names of `RenderOptions`."""
+    """The options that all methods share, by the names of `FrameOptions`."""
     own = ("method", "triangles", "max_error_px")
     return {key: value for key, value in options.view_of(args, scene).items() if key not in (*own, "camera")}
 

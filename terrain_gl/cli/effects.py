@@ -12,7 +12,7 @@ from ..heightmap import Heightmap
 from ..light.climate import AUTO
 from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from ..shade.contours import interval_m
 from ..shade.picture import Look
 from . import furniture, report
@@ -25,7 +25,7 @@ _NEAR = 5.0  # an eye is near the map if its distance is at most this many longe
 
 def tell(args: argparse.Namespace, scene: CommandScene) -> None:
     """Print a note for each option that does not change the picture; a wrong value is refused first."""
-    RenderOptions(**{name: value for name, value in render_options(args).items() if value is not None})
+    FrameOptions(**{name: value for name, value in render_options(args).items() if value is not None})
     for text in _without_effect(args, scene):
         report.note(text)
     ramp, unit = furniture.ramp_of(args, scene.heightmap)

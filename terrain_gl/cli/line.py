@@ -14,7 +14,7 @@ from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
@@ -22,7 +22,7 @@ _NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  #
 
 
 def command_line(
-    heightmap: Heightmap, camera: Camera, size: tuple[int, int], chosen: RenderOptions, output: str = "picture.png"
+    heightmap: Heightmap, camera: Camera, size: tuple[int, int], chosen: FrameOptions, output: str = "picture.png"
 ) -> str:
     """The `terrain-gl shot` command that draws a view again, without options that have their default values.
 
@@ -58,7 +58,7 @@ def command_line(
     if edited:
         told["edits"] = edited.saved_as
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
-    told |= {name: value for name, value in vars(chosen).items() if value != getattr(RenderOptions(sun=sun), name)}
+    told |= {name: value for name, value in vars(chosen).items() if value != getattr(FrameOptions(sun=sun), name)}
     return shlex.join(["terrain-gl", "shot", path, "-o", output, *_words(told | {"size": size})])
 
 

@@ -24,7 +24,7 @@ from ..readers.arrays import ORDERS
 from ..readers.values import ENCODINGS
 from ..readers.windows import WindowedRaster
 from ..renderer import Renderer
-from ..renderer.options import OPTIONS, RenderOptions
+from ..renderer.options import OPTIONS, FrameOptions
 from ..shade.picture import Look
 from ..store import cache, is_store
 from . import overlays, report, stores, values
@@ -121,9 +121,9 @@ def add_look(command: Any) -> None:
 
 
 def add_option(group: Any, name: str) -> None:
-    """Add an option as declared in `RenderOptions`. The sun has no default here: a bundled map brings its own."""
+    """Add an option as declared in `FrameOptions`. The sun has no default here: a bundled map brings its own."""
     option = OPTIONS[name]
-    default = None if name == "sun" else getattr(RenderOptions, name)
+    default = None if name == "sun" else getattr(FrameOptions, name)
     for flag in option.flags:
         how: dict[str, Any] = {"metavar": flag.metavar, "default": default}
         if option.choices:
@@ -349,13 +349,13 @@ def make_renderer(
 
 
 def view_of(args: argparse.Namespace, scene: CommandScene) -> dict[str, Any]:
-    """Keyword arguments of `Renderer.render`: the fields of `RenderOptions` that the command line gave."""
+    """Keyword arguments of `Renderer.render`: the fields of `FrameOptions` that the command line gave."""
     return render_options(args) | {"camera": scene.camera, "sun": scene.sun}
 
 
 def render_options(args: argparse.Namespace) -> dict[str, Any]:
-    """The options of a frame that the command line gave, by the names of `RenderOptions`."""
-    return {option.name: getattr(args, option.name) for option in fields(RenderOptions) if hasattr(args, option.name)}
+    """The options of a frame that the command line gave, by the names of `FrameOptions`."""
+    return {option.name: getattr(args, option.name) for option in fields(FrameOptions) if hasattr(args, option.name)}
 
 
 def add_workers(group: Any) -> None:

@@ -8,12 +8,12 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..files.maps import bundled, find_bundled
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from . import options, overlays, report, stores, values
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
-REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # without defaults here, for the window
+REMEMBERED = {"size", *(option.name for option in fields(FrameOptions))}  # without defaults here, for the window
 
 
 def add(commands: Any) -> None:

@@ -81,7 +81,7 @@ def entry_of(
     from_mesh: bool = False,
     **options: Any,
 ) -> MethodResult:
-    """Draw and measure one method; `options` are fields of `RenderOptions`, for its picture changed by `pictured`."""
+    """Draw and measure one method; `options` are fields of `FrameOptions`, for its picture changed by `pictured`."""
     times = [renderer.render(camera, method=method, **options).stats["ms"] for _ in range(_FRAMES)]
     stats = dict(renderer.measure())
     stats["ms"] = {stage: median(ms[stage] for ms in times) for stage in times[0]}

@@ -17,7 +17,7 @@ from ..gpu.layout import PLACES
 from ..light.ground import HeightSums
 from ..light.lighting import Lighting
 from ..renderer import Renderer
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from ..verify.measure import TILE, Measurement, places_of
 
 
@@ -42,7 +42,7 @@ def shaded_from_mesh(renderer: Renderer, camera: Camera, **options: Any) -> Iter
 
 def drawn_heights(renderer: Renderer, camera: Camera, **options: Any) -> np.ndarray:
     """(rows, cols) float32 metres: the drawn surface at every post of the map, NaN over voids."""
-    chosen = RenderOptions(**(options | {"cull": False}))
+    chosen = FrameOptions(**(options | {"cull": False}))
     selection = renderer.select(camera, renderer.size, chosen).selection
     measurement = Measurement(renderer.terrain)
     drawn = renderer.terrain.filled.copy()

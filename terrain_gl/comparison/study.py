@@ -121,7 +121,7 @@ def study(
     progress
         Called with the progress, 0 to 1.
     options
-        Further fields of `RenderOptions`, the same for all methods.
+        Further fields of `FrameOptions`, the same for all methods.
     """
     certified = {"method": "sat", "max_error_px": max_error_px} | options
     own = measured(renderer, camera, **certified) if max_error_px else None

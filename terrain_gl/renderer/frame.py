@@ -12,7 +12,7 @@ from ..image import png_bytes
 from ..lod import Selection
 from ..mesh import captured_triangles
 from .methods import BASELINES
-from .options import RenderOptions
+from .options import FrameOptions
 
 Size = tuple[int, int]
 
@@ -46,7 +46,7 @@ class DrawnFrame:
     camera
         The camera that the mesh was chosen for.
     eye
-        The camera that looks at the mesh; another one if the level of detail is frozen (`RenderOptions.chosen_for`).
+        The camera that looks at the mesh; another one if the level of detail is frozen (`FrameOptions.chosen_for`).
     size
         Width and height of the picture in pixels.
     near_m
@@ -63,7 +63,7 @@ class DrawnFrame:
     eye: Camera
     size: Size
     near_m: float
-    options: RenderOptions
+    options: FrameOptions
     selection: Selection
     has_picture: bool = False
     stats: dict[str, Any] = field(default_factory=dict)

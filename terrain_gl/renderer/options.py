@@ -1,6 +1,6 @@
 """The options of a frame: one record for `Renderer.render`, the command line and the viewer.
 
-Each option is declared once, as a field of `RenderOptions`: its default, its choices, and its flags on the command line
+Each option is declared once, as a field of `FrameOptions`: its default, its choices, and its flags on the command line
 with their help. CONTRIBUTING.md says how to add one.
 """
 
@@ -22,7 +22,7 @@ from ..light.ramps import NAMES as RAMPS
 from ..light.ramps import Values
 from ..lod import METRICS, Goal
 from ..shade.picture import GRAINS, STYLES, SUN, VOIDS, Look
-from ..shade.surroundings import EDGES
+from ..shade.surroundings import SURROUNDINGS
 from .methods import EVERY_POST, METHODS, REGISTRY
 
 NEAR = 0.1  # default distance of the near plane, in spacings
@@ -66,7 +66,7 @@ class Option(NamedTuple):
 
 
 def _option(default: Any, heading: str, *flags: Flag, choices: tuple[str, ...] = ()) -> Any:
-    """A field of `RenderOptions` with its declaration."""
+    """A field of `FrameOptions` with its declaration."""
     return field(default=default, metadata={"option": Option(heading, flags, choices)})
 
 
@@ -89,7 +89,7 @@ LOOSEST_PX = 1e6  # tolerances are smaller
 
 
 @dataclass(frozen=True)
-class RenderOptions:
+class FrameOptions:
     """Options of one frame; the keywords of `Renderer.render` and `Renderer.draw`.
 
     Attributes
@@ -121,7 +121,7 @@ class RenderOptions:
     voids
         Posts without data: "fill" draws a smooth surface through their rim, "hole" draws nothing. No error includes
         them.
-    edge
+    surroundings
         "block": the map is a block of ground on a plain or in its sea; "none": there is only sky around it.
     grain
         "on": near the eye, the shading has bumps and specks finer than the posts' spacing. The mesh does not change.
@@ -224,11 +224,11 @@ class RenderOptions:
         Flag("--voids", "choice", "posts without data: a surface through their rim, or holes"),
         choices=VOIDS,
     )
-    edge: str = _option(
+    surroundings: str = _option(
         "block",
         "picture",
         Flag("--surroundings", "choice", "block: the map is on a plain, or in its sea; none: only sky is around it"),
-        choices=EDGES,
+        choices=SURROUNDINGS,
     )
     grain: str = _option(
         "on", "picture", Flag("--grain", "choice", "bumps below the posts' spacing, in the light alone"), choices=GRAINS
@@ -315,7 +315,7 @@ class RenderOptions:
         elif not 2 <= self.triangles < 2**31 or self.triangles != int(self.triangles):
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
 
-    def otherwise(self, **changes: Any) -> RenderOptions:
+    def otherwise(self, **changes: Any) -> FrameOptions:
         """The same options with `changes`. Options that contradict the changes get their defaults."""
         dropped: dict[str, Any] = {}
         method = changes.get("method", self.method)
@@ -345,7 +345,7 @@ class RenderOptions:
         same = {each.name: getattr(self, each.name) for each in fields(Look) if each.name in OPTIONS}
         if self.drape:
             same["material"] = Values(self.drape, self.ramp, self.ramp_range)
-        return Look(**same, land=self.look)
+        return Look(**same, land_colours=self.look)
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:
         """The camera with the curvature of the ground and the exaggeration that the options give.
@@ -379,5 +379,5 @@ def _is_direction(sun: Any) -> bool:
         return False
 
 
-OPTIONS: dict[str, Option] = {each.name: each.metadata["option"] for each in fields(RenderOptions)}
+OPTIONS: dict[str, Option] = {each.name: each.metadata["option"] for each in fields(FrameOptions)}
 CHOICES = {name: option.choices for name, option in OPTIONS.items() if option.choices}

@@ -20,7 +20,7 @@ def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.nd
     longest_px
         Pixels along the longer side.
     look
-        Fields of `RenderOptions`, by name.
+        Fields of `FrameOptions`, by name.
 
     Returns
     -------

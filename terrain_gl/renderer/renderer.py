@@ -46,7 +46,7 @@ from .gpu_resources import GpuResources
 from .inspector import Inspector
 from .methods import Selectors
 from .names import Label, labels_seen
-from .options import RenderOptions, near_plane_m
+from .options import FrameOptions, near_plane_m
 from .overlay import Overlay
 
 Size = tuple[int, int]
@@ -175,7 +175,7 @@ class Renderer:
         progress
             Called with the progress, 0 to 1.
         options
-            The other fields of `RenderOptions`, by name. Also `size`, width and height in pixels, for a picture of any
+            The other fields of `FrameOptions`, by name. Also `size`, width and height in pixels, for a picture of any
             size: one larger than the GPU can draw at once comes in pieces of one mesh. It cannot be measured
             afterwards. With `fine`, each pixel is the mean light of fine × fine pixels. With `exact`, the picture has
             float32 pixels: see `Picture.exact`.
@@ -235,7 +235,7 @@ class Renderer:
         gradual
             Take small steps. Otherwise each of the two passes over a piece is one step, which is faster.
         options
-            The fields of `RenderOptions`, by name.
+            The fields of `FrameOptions`, by name.
 
         Raises
         ------
@@ -244,7 +244,7 @@ class Renderer:
         """
         if exact and fine > 1:
             raise UsageError("exact pixels are not reduced: leave fine out")
-        chosen = RenderOptions(max_error_px, **options)
+        chosen = FrameOptions(max_error_px, **options)
         pieces = cut(size, fine) if size else [Piece.whole(self.size)]
         self._laid.begin(self.overlays)
         with self.timer.frame(gradual):
@@ -265,7 +265,7 @@ class Renderer:
     def choose(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
         """Choose the mesh like `draw`, but draw no picture; returns the stats. `inspector` then has the mesh."""
         with self.timer.frame():
-            frame = self.select(camera, self.size, RenderOptions(max_error_px, **options))
+            frame = self.select(camera, self.size, FrameOptions(max_error_px, **options))
         self.inspector.frame = self._complete(frame)
         return frame.stats
 
@@ -275,7 +275,7 @@ class Renderer:
             raise UsageError(f"a store is drawn by the method sat, not by {method}")
 
     @in_session
-    def select(self, camera: Camera, size: Size, options: RenderOptions) -> DrawnFrame:
+    def select(self, camera: Camera, size: Size, options: FrameOptions) -> DrawnFrame:
         """Choose the mesh of a picture of `size`, and set the view; the last frame is lost."""
         self.forget()
         if options.exaggeration != self.terrain.heightmap.exaggeration:
@@ -331,7 +331,7 @@ class Renderer:
 
     @in_session
     def contour_labels(self, contour_m: float | None, water_m: float | None = None) -> list[Label]:
-        """Heights of the index lines in the last picture; arguments as in `RenderOptions`."""
+        """Heights of the index lines in the last picture; arguments as in `FrameOptions`."""
         if self._drawn is None or contour_m is None:
             return []
         interval = contour_m or interval_m(*self.heightmap.range_m)

@@ -54,7 +54,7 @@ Target = TypeVar("Target")
 
 @dataclass(frozen=True)
 class Look:
-    """How a picture looks: the options of shading. `RenderOptions` explains the fields that are not listed here.
+    """How a picture looks: the options of shading. `FrameOptions` explains the fields that are not listed here.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Look:
         Height of standing water in metres; none by default.
     wires
         Draw the triangles' edges on top of the style.
-    land
+    land_colours
         The option `look`, one of `light.climate.NAMES`.
     """
 
@@ -77,9 +77,9 @@ class Look:
     material: str | Values | None = None
     water_m: float | None = None
     wires: bool = False
-    land: str = AUTO
+    land_colours: str = AUTO
     voids: str = "fill"
-    edge: str = "block"
+    surroundings: str = "block"
     grain: str = "on"
     contour_m: float | None = None
     ramp_range: Range | None = None
@@ -88,8 +88,12 @@ class Look:
     @property
     def cover(self) -> str | Ramp:
         """The look of the land, or its ramp."""
-        is_ramp = self.land in RAMPS and self.ramp_range is not None
-        return ramp_for(*self.ramp_range, self.land, self.ramp_range) if is_ramp and self.ramp_range else self.land
+        is_ramp = self.land_colours in RAMPS and self.ramp_range is not None
+        return (
+            ramp_for(*self.ramp_range, self.land_colours, self.ramp_range)
+            if is_ramp and self.ramp_range
+            else self.land_colours
+        )
 
     @property
     def is_lit(self) -> bool:
@@ -192,7 +196,7 @@ class Picture:
         """Incremental `shade`, one tile (width, height) a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material, look.cover)
-        around = look.style == "shaded" and look.edge != "none"
+        around = look.style == "shaded" and look.surroundings != "none"
         edge = surroundings.seen_from(camera, self.terrain) if around else surroundings.NONE
         if look.style in _LIT and not self.lighting.is_there:
             if self.waits_for_light and self.lighting.rehearse():

@@ -5,7 +5,7 @@ from typing import Any
 from ..camera import Camera
 from ..terrain import Terrain
 
-EDGES = ("block", "none")
+SURROUNDINGS = ("block", "none")
 NONE = 0  # values of EDGE in the shader; with WALLS, the plain is drawn, too
 PLAIN = 1
 WALLS = 2

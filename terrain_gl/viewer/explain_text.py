@@ -6,7 +6,7 @@ import numpy as np
 
 from ..basics.words import metres
 from ..renderer.methods import EVERY_POST
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from ..verify.explain import Choice, Explanation
 from .frame_stats import bound_words
 
@@ -79,7 +79,7 @@ def _place(place: tuple[float, float]) -> str:
     return f"x {place[0]:,.0f} m, y {place[1]:,.0f} m"
 
 
-def side_line(options: RenderOptions, stats: Stats, is_preview: bool, measured_px: dict[str, float] | None) -> str:
+def side_line(options: FrameOptions, stats: Stats, is_preview: bool, measured_px: dict[str, float] | None) -> str:
     """A line about a side of a split picture: what the user requested, triangles, bound and achieved error."""
     tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
     budget = f"{options.triangles:,} triangles {options.metric}" if options.triangles else tolerance

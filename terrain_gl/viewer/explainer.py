@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..renderer.methods import BASELINES, CERTIFIED, METHODS, REGISTRY
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from ..verify.explain import Explanation
 from . import error_box
 from .box_sum import BoxSum, box_around
@@ -29,7 +29,7 @@ class Explainer:
         self.error_box: ErrorBox | None = None  # its box in the table of error counts; None if no table decided
         self.place: np.ndarray | None = None  # the place that was clicked last, in world metres; None for the sky
         self.box: BoxSum | None = None  # the box of the summed-area table under the cursor
-        self._split_from: tuple[RenderOptions, RenderOptions] | None = None  # options before a split, and its left side
+        self._split_from: tuple[FrameOptions, FrameOptions] | None = None  # options before a split, and its left side
 
     def forget(self) -> None:
         """Forget the explanation and the box, because the map has changed."""
@@ -87,7 +87,7 @@ class Explainer:
         self._split_from = before, left
         self._window.say(f"{compared}, with as many triangles, on one scale of errors; drag the divider; T ends this")
 
-    def take_sides(self, sides: list[RenderOptions]) -> None:
+    def take_sides(self, sides: list[FrameOptions]) -> None:
         """Show these sides, one or two, from now on."""
         exaggeration = self._scene.exaggeration
         self._settings.sides = [side.otherwise(exaggeration=exaggeration) for side in sides]
@@ -95,7 +95,7 @@ class Explainer:
         self._split_from = None
 
     @property
-    def unsplit(self) -> RenderOptions:
+    def unsplit(self) -> FrameOptions:
         """The options before the split, with the user's changes of the left side since then."""
         now = self._settings.sides[0]
         if not self._settings.split or not self._split_from:

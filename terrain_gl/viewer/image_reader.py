@@ -22,7 +22,7 @@ class ImageReader:
         return self._reading is not None
 
     def read(self, option: str, path: str) -> None:
-        """Read a file for an option of `RenderOptions`, "sky" or "material"; an empty path sets the default."""
+        """Read a file for an option of `FrameOptions`, "sky" or "material"; an empty path sets the default."""
         path = os.path.expanduser(path.strip())
         self._reading = option, path, self._thread.submit(self._read, option, path)
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 
 Colour = tuple[float, float, float]
 
@@ -44,7 +44,7 @@ class Legend(NamedTuple):
     middle: str = ""
 
 
-def legend(options: RenderOptions) -> Legend | None:
+def legend(options: FrameOptions) -> Legend | None:
     """The legend of a style; None if its colours need none."""
     end_px = options.error_scale_px or options.tolerance_px or 1.0
     most = f"{end_px:.3g} px"

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
-from ..renderer.options import CHOICES, RenderOptions
+from ..renderer.options import CHOICES, FrameOptions
 from .pose import Pose
 from .settings import UI_SCALES, Settings
 from .state import checked
@@ -30,14 +30,14 @@ class Memory:
         self.path = path
         self.complaint = ""  # a line about a problem with the file
         self.window: tuple[int, int] | None = None  # width and height in screen coordinates
-        self.options: dict[str, Any] = {}  # fields of `RenderOptions`
+        self.options: dict[str, Any] = {}  # fields of `FrameOptions`
         self.panel = True  # whether the panel was shown
         self.ui_scale = 1.0
         self._maps: dict[str, Any] = {}  # by key, the latest last
         if path and path.exists():
             self._read(path)
 
-    def note(self, settings: Settings, options: RenderOptions) -> None:
+    def note(self, settings: Settings, options: FrameOptions) -> None:
         """Store the user's choices."""
         self.panel = settings.panel
         self.ui_scale = settings.ui_scale
@@ -117,7 +117,7 @@ class Memory:
             self.ui_scale = scale if UI_SCALES[0] <= scale <= UI_SCALES[1] else 1.0
         with suppress(TerrainError, TypeError, ValueError, OverflowError):
             stored = {key: value for key, value in _dict(data.get("drawing")).items() if key in _REMEMBERED}
-            RenderOptions(**stored)
+            FrameOptions(**stored)
             self.options = stored
 
     def _map(self, key: str) -> dict[str, Any]:

@@ -35,7 +35,7 @@ from ..gpu.textures import from_top
 from ..heightmap import Heightmap
 from ..image import png_bytes
 from ..renderer import Renderer
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from ..renderer.overlay import Overlay
 from .app import App
 from .loading import Opened
@@ -68,7 +68,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     overlays
         Lines and points over the land, of `overlay.read_overlay`.
     options
-        Fields of `RenderOptions` by name: how the map is drawn at first.
+        Fields of `FrameOptions` by name: how the map is drawn at first.
 
     Raises
     ------
@@ -95,7 +95,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         if min(size) < 1 or max(size) > MOST_PX:
             raise UsageError(f"the view's size must be from 1x1 to {MOST_PX}x{MOST_PX}, got {size[0]}x{size[1]}")
         sun = options.pop("sun", known.sun if known else standard_sun(heightmap))
-        settings = Settings([RenderOptions(**options, sun=sun)], panel=panels)
+        settings = Settings([FrameOptions(**options, sun=sun)], panel=panels)
         super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px")
         self._timer: asyncio.TimerHandle | None = None
         self._welcomed = False  # whether a front end is live
@@ -129,7 +129,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         return self.viewer.painter.frame.stats
 
     def draw(self, **options: Any) -> None:
-        """Change fields of `RenderOptions` by name."""
+        """Change fields of `FrameOptions` by name."""
         factor = options.pop("exaggeration", None)
         self.viewer.settings.change_all(**options)
         if factor is not None:

@@ -20,7 +20,7 @@ import moderngl
 from ..basics.steps import Steps, drain
 from ..renderer import Renderer
 from ..renderer.names import Label
-from ..renderer.options import LOOSEST_PX, RenderOptions
+from ..renderer.options import LOOSEST_PX, FrameOptions
 from ..renderer.overlay import Overlay
 from .canvas import Canvas
 from .frame_budget import COARSEST, FULL, FrameBudget, Way
@@ -271,7 +271,7 @@ def _last_first(spec: FrameSpec) -> range:
     return range(len(spec.sides) - 1, -1, -1)
 
 
-def _hurried(side: RenderOptions, way: Way) -> RenderOptions:
+def _hurried(side: FrameOptions, way: Way) -> FrameOptions:
     """The same side as it is drawn in motion: with a multiple of its tolerance.
 
     A mesh for a number of triangles takes many tries, so a tolerance takes its place. It is one of the largest error,

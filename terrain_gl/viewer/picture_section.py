@@ -14,7 +14,7 @@ from .widgets import PATH, Widgets
 IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file can be dropped on, and their options
 _OF_ALPS_DEG = 46.0  # latitude for the time of day, if the map does not give its place
 _DAY = datetime(2025, 8, 1)
-_EDGE = "block: the map stands on a plain or in its sea; none: it hangs in the sky."
+_SURROUNDINGS = "block: the map stands on a plain or in its sea; none: it hangs in the sky."
 _LOOK = "The colours of the land. auto: by the place that the file gives. Edits do not change the colours."
 _GRAIN = "Bumps below the posts' spacing near the eye, in the light alone; no geometry."
 _AZIMUTH = "Where the sun is, clockwise from north."
@@ -35,7 +35,7 @@ class PictureSection:
         if voids := viewer.scene.heightmap.voids:
             hint = f"{voids:,} posts have no data. fill: a smooth surface; hole: they are left out."
             choices["voids"] = "voids", hint
-        choices |= {"surroundings": ("edge", _EDGE), "grain": ("grain", _GRAIN)}
+        choices |= {"surroundings": ("surroundings", _SURROUNDINGS), "grain": ("grain", _GRAIN)}
         for label, (option, hint) in choices.items():
             before = getattr(settings.options, option)
             if (chosen := ui.choose(label, before, CHOICES[option], hint)) != before:

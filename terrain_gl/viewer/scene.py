@@ -9,7 +9,7 @@ from ..camera import Camera
 from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..renderer import Renderer
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from ..shade.picture import UNLIT, Look
 from .controller import Controller
 from .loading import Opened
@@ -26,7 +26,7 @@ class FrameSpec:
 
     camera: Camera
     size: Size
-    sides: tuple[RenderOptions, ...]
+    sides: tuple[FrameOptions, ...]
     divider: float
 
     def part(self, side: int) -> tuple[float, float]:
@@ -41,7 +41,9 @@ class FrameSpec:
         lit = next((side.shading for side in self.sides if side.shading.is_lit), None)
         if lit is None:
             return Look(UNLIT)
-        return Look(sun=lit.sun, sky=lit.sky, material=lit.material, land=lit.land, ramp_range=lit.ramp_range)
+        return Look(
+            sun=lit.sun, sky=lit.sky, material=lit.material, land_colours=lit.land_colours, ramp_range=lit.ramp_range
+        )
 
 
 class Scene:
@@ -169,7 +171,7 @@ class Scene:
         """The inverse of `true_pose`."""
         return replace(pose, eye=raised(pose.eye, self.exaggeration))
 
-    def drawable(self, side: RenderOptions) -> RenderOptions:
+    def drawable(self, side: FrameOptions) -> FrameOptions:
         """The options as this map can be drawn: a store by the method "sat", a preview without errors."""
         if self.is_paged:
             return replace(side, method="sat", parameters=None)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..renderer.methods import EVERY_POST
-from ..renderer.options import CHOICES, RenderOptions
+from ..renderer.options import CHOICES, FrameOptions
 
 STEP = 2**0.5  # factor of one step of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
@@ -20,7 +20,7 @@ LEAST_SIDE = 0.02  # least width of a side, relative to the split picture
 class Settings:
     """The user's choices."""
 
-    sides: list[RenderOptions] = field(default_factory=lambda: [RenderOptions()])  # one, or two: left and right
+    sides: list[FrameOptions] = field(default_factory=lambda: [FrameOptions()])  # one, or two: left and right
     active: int = 0  # the side that keys and controls change
     divider: float = 0.5  # where the picture is split, from 0 at its left edge to 1
     lens: float = 0.0  # magnification of the glass under the cursor; 0 without a glass
@@ -31,7 +31,7 @@ class Settings:
     ui_scale: float = 1.0  # factor of the sizes of type and panels
 
     @property
-    def options(self) -> RenderOptions:
+    def options(self) -> FrameOptions:
         """Render options of the active side."""
         return self.sides[self.active]
 
@@ -71,7 +71,7 @@ class Settings:
         self.ui_scale = min(max(self.ui_scale * UI_STEP**steps, least), most)
 
     def cycle(self, option: str, step: int = 1) -> str:
-        """Take the next choice of an option of `RenderOptions`, and return it."""
+        """Take the next choice of an option of `FrameOptions`, and return it."""
         choices = [choice for choice in CHOICES[option] if choice not in EVERY_POST or not self.options.triangles]
         chosen = choices[(choices.index(getattr(self.options, option)) + step) % len(choices)]
         self.change(**{option: chosen})

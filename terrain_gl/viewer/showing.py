@@ -40,7 +40,7 @@ def show(
         One or several overlays to draw over the land: paths of GeoJSON files, GeoDataFrames, geometries of shapely; see
         `overlay.read_overlay`.
     options
-        Fields of `RenderOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
+        Fields of `FrameOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
         coordinates, is placed by its coordinates. For a path, also arguments of `Heightmap.open`, such as `nodata`.
 
     Returns

@@ -12,7 +12,7 @@ from typing import Any
 from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Camera
 from ..files.views import VIEWS
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from .explainer import Explainer
 from .pose import Pose
 from .scene import Scene
@@ -21,14 +21,14 @@ FIRST = "first"  # the view of the map itself
 _KEYS = {"view", "sides", "divider", "frozen", "sums"}
 _OPTIONS = (
     *("style", "method", "metric", "max_error_px", "triangles", "wires", "error_scale_px", "contour_m", "water_m"),
-    *("sun", "look", "voids", "edge", "grain", "sky", "material", "occlusion"),
+    *("sun", "look", "voids", "surroundings", "grain", "sky", "material", "occlusion"),
 )
 
 
 def state_of(scene: Scene) -> dict[str, Any]:
     """The present state."""
     settings = scene.settings
-    plain = RenderOptions()
+    plain = FrameOptions()
     sides = [
         {name: value for name in _OPTIONS if (value := getattr(side, name)) != getattr(plain, name)}
         for side in settings.sides
@@ -48,7 +48,7 @@ def checked(state: Any, where: str) -> dict[str, Any]:
         raise UsageError(f"{where}: expected one or two sides, got {sides}")
     try:
         for side in sides:
-            _options(side, RenderOptions())
+            _options(side, FrameOptions())
         for view in (state.get("view", FIRST), state.get("frozen") or FIRST):
             if not isinstance(view, str):
                 _ = Pose.read(view).camera
@@ -64,7 +64,7 @@ def checked(state: Any, where: str) -> dict[str, Any]:
 def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bool = True) -> None:
     """Show a state. The camera travels to its view, or jumps there if not `travels`."""
     settings = scene.settings
-    base = RenderOptions(sun=scene.opened.sun, look=settings.options.look)
+    base = FrameOptions(sun=scene.opened.sun, look=settings.options.look)
     explainer.take_sides([_options(side, base) for side in state.get("sides", [{}])])
     settings.divider = state.get("divider", 0.5)
     settings.sums = bool(state.get("sums"))
@@ -84,7 +84,7 @@ def _camera(scene: Scene, view: Any) -> Camera:
     return scene.of_view(named)
 
 
-def _options(side: dict[str, Any], base: RenderOptions) -> RenderOptions:
+def _options(side: dict[str, Any], base: FrameOptions) -> FrameOptions:
     if unknown := sorted(set(side) - set(_OPTIONS)):
         raise UsageError(f"options of a side: {', '.join(_OPTIONS)}; got {', '.join(unknown)}")
     return base.otherwise(**{name: tuple(v) if isinstance(v, list) else v for name, v in side.items()})

@@ -10,7 +10,7 @@ from ..camera import Camera
 from ..files.views import standard_sun, standard_view
 from ..gpu.context import from_glfw_window
 from ..heightmap import Heightmap
-from ..renderer.options import RenderOptions
+from ..renderer.options import FrameOptions
 from ..renderer.overlay import Overlay
 from .app import App
 from .glfw_window import library, open_window
@@ -68,7 +68,7 @@ def run(
     overlays
         Lines and points, if `source` is a map. A function that reads the map also gives its overlays.
     options
-        Fields of `RenderOptions` by name: how the map is drawn at first.
+        Fields of `FrameOptions` by name: how the map is drawn at first.
 
     Returns
     -------
@@ -82,14 +82,14 @@ def run(
     UsageError
         An option is outside its range.
     """
-    RenderOptions(**options)  # a wrong option gives an error before a window opens
+    FrameOptions(**options)  # a wrong option gives an error before a window opens
     load_imgui()
     memory = Memory(None if fresh else state_path())
     panel = memory.panel if panel is None else panel
     ui_scale = memory.ui_scale if ui_scale is None else ui_scale
     if not UI_SCALES[0] <= ui_scale <= UI_SCALES[1]:
         raise UsageError(f"ui scale: expected {UI_SCALES[0]:g} to {UI_SCALES[1]:g}, got {ui_scale:g}")
-    settings = Settings([RenderOptions(**memory.options).otherwise(**options)], panel=panel, ui_scale=ui_scale)
+    settings = Settings([FrameOptions(**memory.options).otherwise(**options)], panel=panel, ui_scale=ui_scale)
     opener = _opener(source, camera, options, overlays) if isinstance(source, Heightmap) else source
     stations = None if lecture is None else read_lecture(lecture or None)
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")

@@ -5,7 +5,7 @@ from viewers import hills, settle, swift
 
 from terrain_gl.camera import Camera
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.settings import Settings
@@ -50,7 +50,7 @@ def make_app(ctx, target):
     made = []
 
     def make(size=(900, 640), scale=1.0, with_map=True):
-        plain = Settings([RenderOptions(style="lambert")])  # light is slow, and other tests look at it
+        plain = Settings([FrameOptions(style="lambert")])  # light is slow, and other tests look at it
         made.append(App(ctx, target(size), size, plain, scale=scale, budget=swift()))
         if with_map:
             heightmap = hills()

@@ -6,7 +6,7 @@ from viewers import changed, later, seen, set_budget, settle, slow, swift
 
 from terrain_gl.camera import Camera
 from terrain_gl.renderer.methods import BASELINES, METHODS
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer import explain_text
 from terrain_gl.viewer.box_sum import box_around
 from terrain_gl.viewer.commands import press
@@ -69,7 +69,7 @@ def test_a_split_picture_shows_two_settings(viewer):
     settle(viewer)
     plain = seen(viewer)
     press(viewer, "t")
-    viewer.settings.sides = [RenderOptions(), RenderOptions()]
+    viewer.settings.sides = [FrameOptions(), FrameOptions()]
     viewer.settings.active = 1
     viewer.settings.change(style="normals", method="quadtree")
     viewer.window.message = ""

@@ -9,7 +9,7 @@ from viewers import hills, later, set_budget, settle, slow, swift, with_a_stroke
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer import map_section
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import PREVIEW_POSTS, Opened, file_opener, preview
@@ -272,7 +272,7 @@ def test_the_look_is_remembered_for_each_map(empty, tmp_path):
 
 def test_a_look_that_was_asked_for_holds_for_the_first_map(ctx, target, tmp_path):
     np.save(tmp_path / "one.npy", hills().heights)
-    viewer = Viewer(ctx, target((32, 20)), (32, 20), Settings([RenderOptions(look="tint")]), budget=swift())
+    viewer = Viewer(ctx, target((32, 20)), (32, 20), Settings([FrameOptions(look="tint")]), budget=swift())
     viewer.open(str(tmp_path / "one.npy"))
     settle(viewer)
     assert viewer.settings.options.look == "tint"

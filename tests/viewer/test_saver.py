@@ -15,7 +15,7 @@ from terrain_gl.files.export import FORMATS
 from terrain_gl.film.path import CameraPath
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.saver import SIZES, free_path
@@ -257,7 +257,7 @@ def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monk
     for split in (False, True):
         if split:
             press(viewer, "t")
-            viewer.settings.sides = [RenderOptions(), RenderOptions(style="normals")]
+            viewer.settings.sides = [FrameOptions(), FrameOptions(style="normals")]
             viewer.settings.divider = 0.4
         press(viewer, "p")
         while viewer.saver.shot:

@@ -14,7 +14,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.methods import METHODS
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.shade.picture import STYLES
 from terrain_gl.verify.explain import Choice, Explanation
 from terrain_gl.viewer import explain_text, legend
@@ -44,7 +44,7 @@ def test_settings_change_the_options():
 
 
 def test_settings_with_a_budget_change_that():
-    settings = Settings([RenderOptions(triangles=1000)])
+    settings = Settings([FrameOptions(triangles=1000)])
     settings.loosen(2)
     assert (settings.options.triangles, settings.options.max_error_px) == (500, None)
     settings.loosen(-2)
@@ -95,14 +95,14 @@ def test_legends_show_the_colours_of_the_shaders():
         assert [tuple(map(float, colour.split(","))) for colour in colours] == list(ramp)
     assert set(legend.COLOURS) <= set(STYLES)
     for style in STYLES:
-        shown = legend.legend(RenderOptions(2.0, style=style))
+        shown = legend.legend(FrameOptions(2.0, style=style))
         assert (shown is not None) == (style in ("lod", "segments", "cracks", "promise", "error", "visibility"))
 
 
 def test_an_error_scale_has_one_end_for_all_tolerances_and_a_root(ctx):
     """A quarter of the scale is half of the colours; the tolerance changes nothing."""
     for options in ({"max_error_px": 2.0}, {"triangles": 500}):
-        shown = legend.legend(RenderOptions(style="error", error_scale_px=20.0, **options))
+        shown = legend.legend(FrameOptions(style="error", error_scale_px=20.0, **options))
         assert (shown.most, shown.middle, shown.note[:17]) == ("20 px", "5 px", "Cyan: over 20 px.")
     with Renderer(hills(65), (96, 64), ctx=ctx) as renderer:
         camera = Camera((320.0, -200.0, 400.0), (320.0, 320.0, 100.0))
@@ -115,7 +115,7 @@ def test_an_error_scale_has_one_end_for_all_tolerances_and_a_root(ctx):
         assert (wide.sum(-1) >= plain.sum(-1) - 2).mean() > 0.9 and wide.sum() > 1.02 * plain.sum()  # the root
         assert wider.sum() < wide.sum()
     with pytest.raises(UsageError, match="error scale"):
-        RenderOptions(error_scale_px=0.0)
+        FrameOptions(error_scale_px=0.0)
 
 
 def test_open_land_has_the_colour_that_the_legend_of_visibility_gives_to_both(ctx):

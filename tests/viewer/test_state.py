@@ -8,7 +8,7 @@ from viewers import hills
 
 from terrain_gl.camera import Camera
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.memory import Memory
@@ -23,7 +23,7 @@ def test_memory_comes_back(tmp_path):
     memory = Memory(tmp_path / "deep" / "view.json")
     state = {"view": asdict(pose), "sides": [{"style": "lod"}], "divider": 0.5, "frozen": None, "sums": False}
     memory.window = (800, 600)
-    memory.note(Settings(panel=False, ui_scale=2.0), RenderOptions(2.5, style="lod", sun=(1, 2)))
+    memory.note(Settings(panel=False, ui_scale=2.0), FrameOptions(2.5, style="lod", sun=(1, 2)))
     memory.note_map("hills", pose, {3: state}, "green")
     memory.save()
     again = Memory(tmp_path / "deep" / "view.json")

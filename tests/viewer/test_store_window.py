@@ -22,7 +22,7 @@ from terrain_gl.mesh import vertex_heights
 from terrain_gl.pages.edited_map import EditedMap
 from terrain_gl.readers import Reading
 from terrain_gl.renderer import Renderer
-from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer import map_section, painter, tile_map
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.frame_budget import FrameBudget
@@ -59,7 +59,7 @@ def app_alone(session_context, style="lambert"):
 
     with create_context("egl") as ctx:
         framebuffer = ctx.framebuffer([ctx.texture(SIZE, 4)])
-        app = App(ctx, framebuffer, SIZE, Settings([RenderOptions(1.0, style=style)]), budget=swift())
+        app = App(ctx, framebuffer, SIZE, Settings([FrameOptions(1.0, style=style)]), budget=swift())
         yield app
         app.close()
     session_context.__enter__()
