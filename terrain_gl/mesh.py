@@ -122,13 +122,15 @@ class MeshDraws:
 
 
 def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Heights of vertices at (..., 2) columns and rows: heights of posts, bilinear between posts."""
+    """(...) float64 heights of vertices at (..., 2) columns and rows: heights of posts, bilinear between posts."""
     low = np.floor(places).astype(np.int64)
     west, north = np.moveaxis(low, -1, 0)
     east, south = np.moveaxis(np.ceil(places).astype(np.int64), -1, 0)
-    s, t = np.moveaxis((places - low).astype(np.float32), -1, 0)
+    s, t = np.moveaxis(places - low, -1, 0).astype(np.float64)
     upper = heights[north, west] * (1 - s) + heights[north, east] * s
-    return (upper * (1 - t) + (heights[south, west] * (1 - s) + heights[south, east] * s) * t).astype(np.float32)
+    lower = heights[south, west] * (1 - s) + heights[south, east] * s
+    between: np.ndarray = upper * (1 - t) + lower * t
+    return between
 
 
 def _stand_on_map(terrain: Any, posts: np.ndarray, heights_m: np.ndarray) -> bool:

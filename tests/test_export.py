@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from maps import MAPS
 
-from terrain_gl import Camera, Renderer, TerrainError, UsageError
+from terrain_gl import Camera, Heightmap, Renderer, TerrainError, UsageError
 from terrain_gl.files.export import make_mesh, write_mesh
 from terrain_gl.image import png_bytes
 from terrain_gl.mesh import vertex_heights
@@ -116,16 +116,59 @@ def edges(faces):
     return faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
 
 
+def rounding_m(ending, heights_m):
+    """Half of a float32's last bit above the base of a .glb, which is no further off than twice the relief; else that
+    of 15 digits, and of the float64 sum of base and height."""
+    relief_m = max(np.ptp(heights_m), 1e-6 * np.abs(heights_m).max())
+    return 1e-14 * np.abs(heights_m).max() + (2.0**-24 * 4 * relief_m if ending == ".glb" else 0.0)
+
+
 @pytest.mark.parametrize("ending", READERS)
 def test_vertices_stand_on_posts_at_their_heights(drawn, ending, tmp_path):
     places, faces = saved(drawn, tmp_path / f"mesh{ending}", weld=False)
     posts = posts_of(places, drawn.heightmap)
-    assert np.array_equal(places[:, 2].astype("f4"), vertex_heights(drawn.terrain.filled, posts))
-    true_m = vertex_heights(drawn.heightmap.heights, posts)
+    drawn_m, true_m = (vertex_heights(heights, posts) for heights in (drawn.terrain.filled, drawn.heightmap.heights))
+    np.testing.assert_allclose(places[:, 2], drawn_m, rtol=0, atol=rounding_m(ending, drawn_m))
     solid = ~np.isnan(true_m)
-    assert np.array_equal(true_m[solid], places[solid, 2].astype("f4"))
+    np.testing.assert_allclose(places[solid, 2], true_m[solid], rtol=0, atol=rounding_m(ending, drawn_m))
+    on_post = (posts % 1 == 0).all(1)
+    assert np.array_equal(places[on_post, 2].astype("f4"), drawn_m[on_post].astype("f4"))
     assert np.array_equal(faces.ravel(), np.arange(3 * len(faces))), "each triangle has its own vertices"
     assert np.array_equal(posts.reshape(-1, 3, 2), drawn.triangles())
+
+
+@pytest.fixture(scope="module", params=[(8848.0, 0.004), (-3000.0, 0.0005), (400.0, 300.0)])
+def cut(request, session_context):
+    """Give a renderer that has drawn a map far above zero, flat or not, and has cut its cells."""
+    base, relief = request.param
+    heights = base + relief * np.random.default_rng(1).random((17, 21))
+    camera = Camera((10.0, 8.0, base + 2 * relief + 0.2), (10.0, 9.0, base), 60.0)
+    with session_context as ctx, Renderer(Heightmap(heights.astype("f4"), 1.0), (320, 180), ctx=ctx) as renderer:
+        renderer.draw(camera, 0.05 if relief > 1 else 2e-4, near_m=0.01, cull=False, style=UNLIT)
+        assert (renderer.triangles() % 1).any()
+        yield renderer
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_vertices_between_posts_of_high_land_are_not_rounded_to_its_height(cut, ending, tmp_path):
+    """A float32 above zero is up to 0.0005 m off at 8,848 m: more than the certificate."""
+    places, _ = saved(cut, tmp_path / f"mesh{ending}")
+    true_m = vertex_heights(cut.heightmap.heights.astype("f8"), posts_of(places, cut.heightmap))
+    assert np.abs(places[:, 2] - true_m).max() <= rounding_m(ending, true_m)
+
+
+def test_a_solid_of_high_land_is_rounded_to_its_own_size(cut, tmp_path):
+    mesh = make_mesh(cut.triangles(), cut.terrain.filled, cut.heightmap.spacing_m)
+    write_mesh(tmp_path / "m.stl", mesh)
+    corners, _ = read_stl(tmp_path / "m.stl")
+    mm_per_m = mesh.print_mm / max(cut.heightmap.extent_m)
+    found = corners.reshape(-1, 3)
+    world = mesh.world(slice(None))
+    top = (world - world.min(0)) * mm_per_m + [0, 0, 0.02 * mesh.print_mm]
+    last_bit = 2.0**-24 * top.max()
+    numbered = {tuple(each) for each in top.astype("f4").tolist()}
+    assert {tuple(each) for each in found.tolist() if each[2] > 0} == numbered
+    assert np.abs(top.astype("f4") - top).max() <= last_bit
 
 
 def test_count_is_that_of_the_stats(drawn, tmp_path):

@@ -1,7 +1,8 @@
 """Triangle meshes for files: indexed vertices with normals and texture places, as PLY, glTF, OBJ, STL or HTML.
 
-Vertices are on posts, or on 64ths between posts where cells are cut, so every position is exact. Only where voids are
-cut out, positions of vertices are rounded. The formats are in `files/mesh_formats.py` and `files/page.py`.
+Vertices are on posts, or on 64ths between posts where cells are cut, so columns and rows are exact. Only where voids
+are cut out, they are rounded. Heights are those of the map, in float64. The formats are in `files/mesh_formats.py` and
+`files/page.py`.
 """
 
 import os

@@ -1,14 +1,16 @@
 """Formats of triangle meshes: binary PLY, binary glTF, Wavefront OBJ, binary STL.
 
-PLY holds float64 world metres. glTF holds columns, heights and rows, and the node's scale is the spacing, so nothing is
-rounded (except where voids are cut out). OBJ holds decimals that round to the same numbers. STL holds a solid in
-millimetres, for a 3D printer.
+Vertices have float64 heights (`mesh.vertex_heights`). PLY holds float64 world metres, and OBJ 15 decimals of them. glTF
+holds float32 numbers: columns, rows, and heights above `Mesh.base_m`; the node's scale is the spacing, and its
+translation adds the base. So posts are exact, and heights between posts are rounded by less than the picture's. STL
+holds a solid in millimetres above its base, for a 3D printer.
 """
 
 import json
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +18,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..mesh import vertex_heights
 from ..readers.place import Place
+from ..terrain import quantisation_range
 
 CHUNK = 1 << 17  # vertices or faces that are converted to bytes at a time
 GLB_LIMIT = 2**32 - 1
@@ -42,15 +45,21 @@ class Mesh:
     vertices_m: np.ndarray | None = None  # (n,) heights of the vertices; None if they are the map's at their places
 
     def tops_m(self, part: slice) -> np.ndarray:
-        """(k,) heights of some vertices."""
+        """(k,) float64 heights of some vertices."""
         return vertex_heights(self.heights, self.posts[part]) if self.vertices_m is None else self.vertices_m[part]
 
     def world(self, part: slice) -> np.ndarray:
         """(k, 3) float64 world metres of some vertices."""
         col, row = self.posts[part].T
         north = (self.heights.shape[0] - 1 - row) * self.spacing_m[1]
-        heights = self.tops_m(part).astype(np.float64)
-        return np.stack([col * np.float64(self.spacing_m[0]), north, heights], -1)
+        return np.stack([col * np.float64(self.spacing_m[0]), north, self.tops_m(part)], -1)
+
+    @cached_property
+    def base_m(self) -> float:
+        """A height near the land: 0, or so close below high land that float32 holds the difference to any post."""
+        ends = [(each.min(), each.max()) for each in map(self.tops_m, _parts(len(self.posts)))] or [(0.0, 0.0)]
+        low, high = zip(*ends, strict=True)
+        return quantisation_range(float(min(low)), float(max(high)))[0]
 
     def slopes(self, part: slice) -> np.ndarray:
         """(k, 2) float64 slope of the land east and north, from the next posts on both sides."""
@@ -59,7 +68,7 @@ class Mesh:
         for axis in (0, 1):
             step = np.eye(2)[axis]
             low, high = (np.clip(self.posts[part] + sign * step, 0, last) for sign in (-1, 1))
-            rise = vertex_heights(self.heights, high).astype(np.float64) - vertex_heights(self.heights, low)
+            rise = vertex_heights(self.heights, high) - vertex_heights(self.heights, low)
             rises.append(rise / ((high - low)[:, axis] * self.spacing_m[axis]))
         return np.stack([rises[0], -rises[1]], -1)  # rows count to the south
 
@@ -152,13 +161,13 @@ def _ascii(name: str) -> str:
 
 
 def _obj(mesh: Mesh, name: str) -> Iterator[bytes]:
-    """Wavefront OBJ, three lines a vertex. Heights have 9 digits, enough for any float32; places have 15."""
+    """Wavefront OBJ, three lines a vertex. Places and heights have 15 digits."""
     lines = ["# metres: x east, y north, z up", *(f"# {remark}" for remark in mesh.remarks)]
     lines += [f"mtllib {_ascii(name)}.mtl", "usemtl land"] if mesh.texture else []
     yield ("\n".join(lines) + "\n").encode("ascii")
     for part in _parts(len(mesh.posts)):
         rows = np.concatenate([mesh.world(part), mesh.texture_upwards(part), mesh.normals(part)], -1)
-        lines_of = "v %.15g %.15g %.9g\nvt %.9g %.9g\nvn %.7g %.7g %.7g\n"
+        lines_of = "v %.15g %.15g %.15g\nvt %.9g %.9g\nvn %.7g %.7g %.7g\n"
         yield (lines_of * len(rows) % tuple(rows.ravel().tolist())).encode("ascii")
     for part in _parts(len(mesh.faces)):
         faces = np.repeat(mesh.faces[part].astype(np.int64) + 1, 3, axis=1)
@@ -187,9 +196,9 @@ def _glb(mesh: Mesh, name: str) -> Iterator[bytes]:
 
 
 def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
-    """(k, 3) float32 column, height and row: columns and rows are multiples of 1/64, which float32 holds exactly."""
+    """(k, 3) float32 column, height above the base, and row; float32 holds 64ths of columns and rows exactly."""
     col, row = mesh.posts[part].T
-    return np.stack([col, mesh.tops_m(part), row], -1).astype("<f4")
+    return np.stack([col, mesh.tops_m(part) - mesh.base_m, row], -1).astype("<f4")
 
 
 def _lattice_normals(mesh: Mesh, part: slice) -> np.ndarray:
@@ -234,7 +243,7 @@ def _gltf(mesh: Mesh, sizes: list[int]) -> dict[str, object]:
         views[-1]["byteLength"] = len(mesh.texture)
     attributes = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}
     node = {"name": "terrain", "mesh": 0, "scale": [east, 1.0, north]}
-    node["translation"] = [0.0, 0.0, -north * (mesh.heights.shape[0] - 1)]
+    node["translation"] = [0.0, mesh.base_m, -north * (mesh.heights.shape[0] - 1)]
     asset: dict[str, object] = {"version": "2.0", "generator": "terrain-gl"}
     if mesh.origin:
         asset["extras"] = mesh.origin | {"metres": "x east, y up, z south: coordinate = origin + scale (x, -z)"}

@@ -22,7 +22,7 @@ def land_page(mesh: Mesh, name: str) -> Iterator[bytes]:
     folder = files(__package__) / "html"
     everything = slice(0, len(mesh.posts))
     world = mesh.world(everything)
-    middle = [*(world.min(0) + world.max(0))[:2] / 2, 0.0]  # small numbers, so that float32 is exact enough
+    middle = [*(world.min(0) + world.max(0))[:2] / 2, mesh.base_m]  # small numbers, so that float32 is exact enough
     east, north, up = (world - middle).T
     spacing = np.array(mesh.spacing_m)
     size = np.array(mesh.heights.shape[::-1]) * spacing  # of the texture, which reaches half a cell beyond the posts
