@@ -78,6 +78,23 @@ def test_a_wrong_driver_is_refused(ctx, poisoned, wrong):
     assert "LIBGL_ALWAYS_SOFTWARE=1" in line
 
 
+@pytest.mark.parametrize("inside", pattern.COUNTS)
+def test_every_number_of_segments_is_tried(ctx, poisoned, inside):
+    """A driver that is wrong for one number alone."""
+    text = "exp2(float(own_log2))"
+    halved = "max(2.0, 0.5 * exp2(float(own_log2)))" if inside > 2 else "4.0"
+    changed = poisoned(text, f"(own_log2 == {inside.bit_length() - 1} ? {halved} : {text})")
+    faults = list(pattern.wrong_pattern(ctx))
+    assert changed and len(faults) == 1 and f"a patch of {inside} segments" in faults[0]
+
+
+def test_every_number_on_every_edge_is_tried():
+    """The proof needs every number inside from 2 to 64, each with every number on an edge that is not less."""
+    tried = {(inside, edge, count) for *edges, inside in pattern.strips() for edge, count in enumerate(edges)}
+    powers = [2**k for k in range(1, 7)]
+    assert tried == {(i, edge, n) for i in powers for n in powers if n >= i for edge in range(4)}
+
+
 CENTRE = (32, 32)
 FLIPPED = {  # levels, the ends of an edge between two triangles, and what is wrong with the other diagonal of both
     "leave a cell": ((2, 2, 2, 2, 2), (CENTRE, (32, 0))),

@@ -1,8 +1,8 @@
-"""Check the certificate's assumptions about a driver's tessellator: capture a few patches with the shaders of the mesh.
+"""Check the certificate's assumptions about a driver's tessellator: capture patches with the shaders of the mesh.
 
 OpenGL does not say how a driver joins the vertices on a patch's edge with the vertices inside. The bound of a cell
 whose edges are cut (docs/guarantee.md, section 3) holds if each triangle stays within one cell, and has new vertices on
-at most one edge. A fan needs its centre in every triangle.
+at most one edge. A fan needs its centre in every triangle. All numbers of segments that the mesh uses are tried.
 """
 
 from collections.abc import Iterator
@@ -14,16 +14,22 @@ from . import gl, layout, shaders
 from .bindings import bind
 
 SIDE = 64  # places along a side of a patch: the most segments of an edge
-PATCHES = (  # segments of the edges u = 0, v = 0, u = 1, v = 1, and inside
-    (2, 2, 2, 2, 2),
-    (4, 4, 4, 4, 4),
-    (4, 2, 8, 16, 2),  # cut edges that meet in a corner
-    (64, 4, 4, 32, 4),
-    (8, 16, 32, 64, 8),
-    (8, 8, 64, 8, 8),
-    (1, 1, 1, 1, 2),  # fans: whole edges, and edges split in their middle
-    (2, 1, 2, 1, 2),
-)
+COUNTS = (2, 4, 8, 16, 32, 64)  # segments inside a patch with strips; its edges have as many, or more
+FANS = ((1, 1, 1, 1, 2), (2, 1, 2, 1, 2))  # whole edges, and edges split in their middle
+
+
+def strips() -> Iterator[tuple[int, ...]]:
+    """Patches with each number of segments inside, and with each possible number on each edge.
+
+    Segments of the edges u = 0, v = 0, u = 1, v = 1, and inside. Neighbouring edges of a patch differ.
+    """
+    for first, inside in enumerate(COUNTS):
+        edges = COUNTS[first:]
+        for i in range(len(edges)):
+            yield (*(edges[(i + k) % len(edges)] for k in range(4)), inside)
+
+
+PATCHES = (*strips(), *FANS)
 
 
 def wrong_pattern(ctx: moderngl.Context) -> Iterator[str]:
@@ -46,7 +52,7 @@ def faults_of(triangles: np.ndarray, edges: list[int], inside: int) -> Iterator[
         yield "another number of triangles"
     for edge, segments in enumerate(edges):
         at, along = triangles[..., edge % 2].ravel(), triangles[..., 1 - edge % 2].ravel()
-        if set(along[at == SIDE * (edge // 2)]) != set(range(0, SIDE + 1, SIDE // segments)):
+        if not np.array_equal(np.unique(along[at == SIDE * (edge // 2)]), np.arange(0, SIDE + 1, SIDE // segments)):
             yield "other vertices on its edges"
             break
     drawn, cell = triangles[areas > 0], SIDE // inside
@@ -84,7 +90,7 @@ def _captured(ctx: moderngl.Context, patches: tuple[tuple[int, ...], ...]) -> np
     bind("blocks/terrain.glsl", Terrain=terrain)
     vao = ctx.vertex_array(program, [(fed, "4i4", "in_patch")])
     draws = ctx.buffer(np.array([len(patches), 1, 0, 0, 0], "u4").tobytes())
-    out = ctx.buffer(reserve=1 << 16)
+    out = ctx.buffer(reserve=3 * 12 * sum(2 * inside**2 + 4 * SIDE for *_, inside in patches))
     ctx.patch_vertices = 1
     triangles = gl.capture(ctx, program, vao, out, draws, 1)
     found = np.frombuffer(out.read(triangles * 3 * 12), "f4").reshape(-1, 3, 3).astype("f8")[:, ::-1]
