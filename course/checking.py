@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -261,6 +262,17 @@ def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Fi
 def holds(what: str, condition: bool, text: str) -> Finding:
     """Check a condition; `text` describes the mistake if it is false."""
     return Finding(what, EXACT if condition else WRONG, "" if condition else text)
+
+
+def grows_with_the_box(sums: Callable[[np.ndarray], object], small: np.ndarray, large: np.ndarray) -> bool:
+    """Whether large boxes take twice as long as small boxes, in three tests out of three: the machine may be busy."""
+
+    def seconds(asked: np.ndarray) -> float:
+        start = time.monotonic()
+        sums(asked)
+        return time.monotonic() - start
+
+    return all(seconds(large) > 2 * seconds(small) + 0.1 for _ in range(3))
 
 
 def _numbers(got: Any, shape: tuple[int, ...]) -> tuple[np.ndarray | None, str]:

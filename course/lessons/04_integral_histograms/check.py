@@ -56,8 +56,8 @@ def rounded_up(errors, limits):
 
 @task("4.1 the limits", points=1)
 def class_limits(student, rng):
-    """Tested with 2, 4 and 3 classes an octave."""
-    for per_octave in (1, 2, 3, 4):
+    """Tested with 1 to 8 classes an octave."""
+    for per_octave in (1, 2, 3, 4, 8):
         span_m = float(rng.uniform(10, 1000))
         want = [span_m * 0.5 ** ((c + 1) / per_octave) for c in range(20)]
         got = student.class_limits(span_m, 20, per_octave)

@@ -21,9 +21,9 @@ def true_quads(heights, level):
 
 @task("5.1 the error of a quad", points=3)
 def quad_errors(student, rng):
-    """Both diagonals must count, and the posts on the edges."""
-    for level in (1, 2, 3):
-        heights = map_of(rng)
+    """Both diagonals must count, and all posts: land, noise, and nodes of up to 16 cells."""
+    for level in (1, 2, 3, 4):
+        heights = map_of(rng) if level < 3 else rng.normal(0, 5, (49, 33))
         yield compare(
             f"level {level}", student.quad_errors(heights, level), true_quads(heights, level), axes=("row", "column")
         )
@@ -66,8 +66,8 @@ def share_below(student, rng):
 @task("5.5 bounds are nested", points=3)
 def nested(student, rng):
     """Tested over four levels: bounds must be nested, and no larger than necessary."""
-    size = 16 * int(rng.integers(2, 4))
-    heights = land(rng, size + 1, size + 1) + rng.normal(0, 20, (size + 1, size + 1))
+    rows, cols = 65, 16 * int(rng.integers(5, 8)) + 1
+    heights = land(rng, rows, cols) + rng.normal(0, 20, (rows, cols))
     errors = [
         np.abs(reference.twists(heights)) / 4,
         *(true_quads(heights, level) * rng.uniform(0.3, 1) for level in (1, 2, 3, 4)),

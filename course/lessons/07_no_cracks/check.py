@@ -57,8 +57,10 @@ def rim(edges, places, size=16):
 @task("7.1 open edges", points=2)
 def open_edges(student, rng):
     """A mesh without cracks has open edges only on the rim; a broken mesh has more, inside the map."""
-    for name in ("a broken mesh", "another one"):
+    for name in ("a broken mesh", "a mesh with edges of three and four triangles"):
         _, triangles, _ = broken(rng)
+        if name != "a broken mesh":
+            triangles = np.concatenate([triangles, triangles[:5], triangles[:3]])
         rolled = np.array([np.roll(t, rng.integers(0, 3)) for t in triangles])
         want = np.array(true_open(rolled))
         yield compare(name, student.open_edges(rolled), want, axes=("edge", "end"))
@@ -67,10 +69,16 @@ def open_edges(student, rng):
 @task("7.2 weld", points=2)
 def weld(student, rng):
     """Tested on triangles with their own vertices, moved apart by rounding, and with a second mesh above the first."""
+    for tolerance_m in (1e-3, 0.2):
+        yield from welded(student, rng, tolerance_m)
+
+
+def welded(student, rng, tolerance_m):
+    """One mesh and its twin above, whose vertices are 20 tolerances apart."""
     vertices, triangles, _ = broken(rng)
     triangles = np.concatenate([triangles, triangles + len(vertices)])
-    vertices = np.concatenate([vertices, vertices + [0, 0, 50]])
-    own = vertices[triangles.ravel()] + rng.uniform(-1, 1, (triangles.size, 3)) * 1e-5
+    vertices = np.concatenate([vertices, vertices + [0, 0, 20 * tolerance_m]])
+    own = vertices[triangles.ravel()] + rng.uniform(-1, 1, (triangles.size, 3)) * tolerance_m / 8
     order = rng.permutation(triangles.size)
     place = np.empty(triangles.size, int)
     place[order] = np.arange(triangles.size)
@@ -79,12 +87,16 @@ def weld(student, rng):
     for corner, vertex in sorted(zip(place.tolist(), triangles.ravel().tolist(), strict=True)):
         lowest.setdefault(vertex, corner)
     want = np.array([[lowest[v] for v in t] for t in triangles])
-    yield compare("numbers of vertices", student.weld(shuffled, loose, 1e-3), want, axes=("triangle", "corner"))
+    got = student.weld(shuffled, loose, tolerance_m)
+    yield compare(f"within {tolerance_m:g} m: numbers of vertices", got, want, axes=("triangle", "corner"))
 
 
 @task("7.3 vertices on an edge", points=2)
 def on_edge(student, rng):
-    """Tested on open edges, from either end. None runs along an axis, and beside each is a vertex that is not on it."""
+    """Tested on open edges, from either end. None runs along an axis.
+
+    Each has a vertex near either end, and beside it one that is a millionth of its length away.
+    """
     vertices, triangles, places = broken(rng)
     vertices = turned(vertices, rng)
     asked = [edge for edge in true_open(triangles)][:60]
@@ -99,11 +111,12 @@ def on_edge(student, rng):
             and 0 < (r - p) @ (q - p) < (q - p) @ (q - p)
         ]
         want = np.array(sorted(inside, key=lambda k: (places[k] - p) @ (q - p)), int)
-        x, y, _ = vertices[b] - vertices[a]
-        beside = (vertices[a] + vertices[b]) / 2 + 1e-3 * np.array([-y, x, 0])
-        yield compare(
-            f"the edge from {a} to {b}", student.on_edge(np.vstack([vertices, beside]), a, b), want, axes=("place",)
-        )
+        x, y, _ = along = vertices[b] - vertices[a]
+        near = vertices[a] + np.array([[0.01], [0.99]]) * along
+        beside = (vertices[a] + vertices[b]) / 2 + 1e-6 * np.array([-y, x, 0])
+        want = np.concatenate([[len(vertices)], want, [len(vertices) + 1]])
+        got = student.on_edge(np.vstack([vertices, near, beside]), a, b)
+        yield compare(f"the edge from {a} to {b}", got, want, axes=("place",))
 
 
 def area(places, triangles):

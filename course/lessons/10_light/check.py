@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from course.checking import compare, task
+from course.checking import compare, grows_with_the_box, holds, task
 from course.land import land
 from terrain_gl import reference
 
@@ -61,11 +61,15 @@ def true_means(normals, boxes):
 
 @task("10.3 mean normals", points=2)
 def mean_normals(student, rng):
-    """The mean vectors must not be made unit vectors."""
+    """The mean vectors must not be made unit vectors, and the time must not grow with the footprints."""
     normals, boxes = footprints(rng)
     yield compare(
         "200 footprints", student.mean_normals(normals, boxes), true_means(normals, boxes), axes=("box", "axis")
     )
+    normals, corner = np.full((500, 500, 3), 0.5), np.zeros((3000, 2), int)
+    small, large = (np.concatenate([corner, corner + side], 1) for side in (1, 500))
+    slow = grows_with_the_box(lambda asked: student.mean_normals(normals, asked), small, large)
+    yield holds("large footprints", not slow, "3000 large footprints take far longer than small ones: make a table")
 
 
 @task("10.4 diffuse light", points=3)

@@ -67,20 +67,22 @@ FAULTS = ("inputs", "metric", "own metric", "triangles", "budgets", "tuning")
 
 
 def comparison(rng, planted):
-    """Rows of a comparison with these faults and no others."""
-    budgets = np.rint(np.geomspace(2000, 100_000, 3 if "budgets" in planted else 6)).astype(int)
+    """Rows of a comparison with these faults and no others, each just beyond its limit; fair rows just within it."""
+    count = 5 if rng.random() < 0.5 else 6
+    budgets = np.rint(np.geomspace(2000, 100_000, count)).astype(int)
+    tuned, metric = bool(rng.random() < 0.7), str(rng.choice(["rms", "max"]))
     rows = []
     for i, method in enumerate(("sat", "clipmap", "tessellated")):
-        counts = [int(n) + (int(0.009 * n) if i == 1 else 0) for n in budgets]
+        counts = [int(n) + (int(0.0195 * n) if i == 1 else 0) for n in budgets]
         rows.append(
             {
                 "method": method,
                 "map": "canyon",
                 "view": "ridge",
                 "size": (640, 360),
-                "metric": "rms",
+                "metric": metric,
                 "measured": "achieved",
-                "tuned": True,
+                "tuned": tuned,
                 "points": [(n, float(5 * n**-0.5)) for n in counts],
             }
         )
@@ -89,15 +91,17 @@ def comparison(rng, planted):
         key, value = [("map", "alpine"), ("view", "first"), ("size", (640, 400))][int(rng.integers(0, 3))]
         rows[k][key] = value
     if "metric" in planted:
-        rows[k]["metric"] = "max"
+        rows[k]["metric"] = "max" if metric == "rms" else "rms"
     if "own metric" in planted:
         rows[k]["measured"] = "certified"
     if "triangles" in planted:
-        j = int(rng.integers(0, len(budgets)))
+        j = int(rng.integers(0, 4))
         n, e = rows[2]["points"][j]
-        rows[2]["points"][j] = (int(n * 1.035), e)
+        rows[2]["points"][j] = (int(n * (1.021 if rng.random() < 0.5 else 0.978)), e)
+    if "budgets" in planted:
+        rows[k]["points"] = rows[k]["points"][:4]
     if "tuning" in planted:
-        rows[k]["tuned"] = False
+        rows[k]["tuned"] = not tuned
     return rows
 
 

@@ -57,7 +57,7 @@ def true_cut_errors(heights, level):
 def cut_error(student, rng):
     """Errors must be exact, and not below the errors without cut edges."""
     heights = spike(land(rng, 65, 65), rng)
-    for level in (1, 2, 3):
+    for level in (1, 2, 3, 4):
         n = 1 << level
         cells = [(y, x) for y, x in rng.integers(0, 64 >> level, (25, 2)) << level]
         got = [student.cut_error(heights[y : y + n + 1, x : x + n + 1]) for y, x in cells]
