@@ -26,6 +26,7 @@ from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
 from terrain_gl.readers.plausible import guess, not_of_the_earth, sample_of
 from terrain_gl.readers.undeclared import undeclared_voids, without
+from terrain_gl.readers.units import contradictions
 from terrain_gl.readers.values import AS_STORED, read_heights
 
 MIN_SPACING_M = 1e-6
@@ -58,6 +59,8 @@ class Heightmap:
         The arguments of `open`; None for a map that was not opened from a file, or was edited since.
     assumes_spacing : bool
         The spacing is a guess: neither the file nor the caller gave one.
+    values : str
+        What the file's values are, such as "US survey feet", "metres down" or "metres (no unit is given)".
     scales : (float, float)
         Metres per unit of the file's values, and the height of value 0.
     notes : tuple of str
@@ -78,6 +81,7 @@ class Heightmap:
     """
 
     exaggeration = 1.0
+    values = "metres"
     is_store = False  # whether the map is read page by page: `pages.map.PagedMap`
     _ground_spacing_m: Spacing | None = None
 
@@ -202,20 +206,25 @@ class Heightmap:
         spacing = _spacing(1.0 if known_m is None else known_m)
         scales = reading.scales(raster)
         heights = read_heights(raster, reading, progress)
-        notes = tuple(note for note in raster.notes if spacing_m is None or "--spacing" not in note)
+        notes = reading.unanswered(raster.notes, spacing_m)
         if reading.nodata is None:
             marks, words = undeclared_voids(heights, scales)
             heights = without(heights, marks)
             notes = notes + words
         if reading.may_guess:
-            whole = partial(sample_of, lambda rows, cols: heights[rows, cols], heights.shape, len(heights))
-            guessed = guess(raster, whole, None if known_m is None else spacing)
+
+            def whole(rows: slice, cols: slice) -> np.ndarray:
+                return heights[rows, cols]
+
+            sample = partial(sample_of, whole, heights.shape, len(heights))
+            guessed = guess(raster, sample, None if known_m is None else spacing)
             spacing = guessed.spacing_m
             if guessed.scale != 1:  # the product is rounded to float32 once
                 np.multiply(heights, guessed.scale, out=heights, dtype=np.float64, casting="same_kind")
             scales = (scales[0] * guessed.scale, scales[1])
-            notes = notes + guessed.notes
+            notes = notes + (guessed.notes or contradictions(whole, heights.shape, spacing, scales[0], raster))
         heightmap = cls(heights, spacing, raster.name)
+        heightmap.values = raster.meaning.words
         heightmap.assumes_spacing = known_m is None
         heightmap.of_earth = heightmap.of_earth or reading.is_told or raster.georeference is not None
         if not heightmap.of_earth:
@@ -232,7 +241,7 @@ class Heightmap:
     def copy(self, heights: np.ndarray | None = None) -> Heightmap:
         """A copy of the map with its own heights, or with `heights` instead, (rows, cols) metres."""
         own = Heightmap(self.heights.copy() if heights is None else heights, self.spacing_m, self.name)
-        kept = "opened", "scales", "georeference", "look", "assumes_spacing", "of_earth"
+        kept = "opened", "values", "scales", "georeference", "look", "assumes_spacing", "of_earth"
         for name in (*kept, "exaggeration", "_ground_spacing_m"):
             setattr(own, name, getattr(self, name))
         own.quantised_m = min(self.quantised_m[0], own.range_m[0]), max(self.quantised_m[1], own.range_m[1])

@@ -38,6 +38,7 @@ def sample(
     rows, cols = file.shape
     if not is_too_large(rows, cols):
         file.guess(spacing_m)  # this reads the whole file
+    file.compare_with_the_earth(file.reading)
     size = f"{file.name}: has {cols:,} x {rows:,} posts"
     step = math.ceil(max(rows, cols) / LONGEST)
     heights = file.sample((math.ceil(rows / step), math.ceil(cols / step)))
@@ -47,5 +48,6 @@ def sample(
     few_rows, few_cols = heights.shape  # the sample reaches as far as the raster
     few = Heightmap(heights, (east * (cols - 1) / (few_cols - 1), north * (rows - 1) / (few_rows - 1)), file.name)
     few.georeference = file.georeference and file.georeference.resampled(few.cols, few.rows)
-    few.notes = file.notes
+    few.notes = file.reading.unanswered(file.notes, spacing_m)
+    few.values = file.values
     return few, f"{size}; this is a coarse sample, without a certified bound. For all posts: {store_command(file.name)}"

@@ -22,7 +22,7 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr
 from terrain_gl.readers.bands import Bands, bands_of
 from terrain_gl.readers.description import as_described
-from terrain_gl.readers.georeference import Georeference, Grid, at_place, grid_through, vertical_unit_m
+from terrain_gl.readers.georeference import Georeference, Grid, at_place, grid_through
 from terrain_gl.readers.raster import (
     INSTALL_GEO,
     MOST_LISTED,
@@ -38,6 +38,7 @@ from terrain_gl.readers.raster import (
     rows_at_once,
     utf8,
 )
+from terrain_gl.readers.units import meaning_of
 from terrain_gl.readers.vrt import VRT, safe_mosaic
 
 DRIVERS = (
@@ -63,6 +64,7 @@ OFFLINE = {
 _ALWAYS = {
     "GDAL_CACHEMAX": 64,  # MB; the default is a share of the machine's memory
     "VRT_NUM_THREADS": "1",  # with several threads, GDAL reads zeros where a source is damaged, without an error
+    "GTIFF_REPORT_COMPD_CS": "YES",  # otherwise a GeoTIFF 1.0 has no vertical axis
     "GDAL_NETCDF_IGNORE_XY_AXIS_NAME_CHECKS": "YES",  # x and y are coordinates, also without attributes that say so
 }
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -111,7 +113,7 @@ def open_dataset(data: Any, name: str) -> Raster:
 def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     first = bands.heights[0] - 1
     place, notes = place_of(data, name)
-    unit_m, of_heights = vertical_unit_m(data.units[first], place.crs)
+    meaning = meaning_of(data.units[first], place.crs, attributes_of(data, first + 1))
     about = ""
     with suppress(UnicodeDecodeError):
         about = str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
@@ -122,12 +124,24 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
         blocks,
         has_alpha=bands.has_opacity,
         nodata=data.nodatavals[first] if bands.greys is None else None,  # with a palette, it is an index, not a height
-        scale=data.scales[first] * unit_m,
-        offset_m=data.offsets[first] * unit_m,
-        notes=notes + of_heights,
+        scale=data.scales[first] * meaning.metres,
+        offset_m=data.offsets[first] * meaning.metres,
+        notes=notes + meaning.notes,
         bands=bands.names,
+        meaning=meaning,
     )
     return at_place(as_described(raster, about), place)
+
+
+def attributes_of(data: Any, band: int) -> dict[str, str]:
+    """Attributes of a band by CF names: its own, or those that GDAL keeps for the file as variable#attribute."""
+    try:
+        own, whole = data.tags(band), data.tags()
+        name = own.get("NETCDF_VARNAME") or data.descriptions[band - 1] or ""
+    except UnicodeDecodeError:
+        return {}
+    of_file = {key.removeprefix(f"{name}#"): value for key, value in whole.items()}
+    return {"name": name} | {key.lower(): value for key, value in (of_file | own).items() if "#" not in key}
 
 
 def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:

@@ -218,42 +218,6 @@ def grid_through(posts: Sequence[tuple[float, float]], places: Sequence[tuple[fl
     return Georeference(Grid(*map(float, (a, b, c, d, e, f))), None, (1, 1)).straightened().grid
 
 
-# --- Heights ----------------------------------------------------------------------------------------------------------
-
-_FOOT_M = 0.3048
-_US_FOOT = ("us ft", "ftus", "us foot", "foot us", "us survey foot", "us survey ft", "survey foot", "sft", "sfoot")
-_SINGULAR = {"feet": "foot", "inches": "inch"}
-_UNITS = {  # in the singular
-    **dict.fromkeys(("m", "metre", "meter", "mtr"), 1.0),
-    **dict.fromkeys(("ft", "foot", "international foot", "intl foot"), _FOOT_M),
-    **dict.fromkeys(_US_FOOT, 1200 / 3937),
-    **{"fathom": 1.8288, "yd": 0.9144, "yard": 0.9144, "in": 0.0254, "inch": 0.0254},
-    **{
-        prefix + name: factor
-        for short, long, factor in (("k", "kilo", 1e3), ("d", "deci", 0.1), ("c", "centi", 0.01), ("m", "milli", 1e-3))
-        for prefix, name in ((short, "m"), (long, "metre"), (long, "meter"))
-    },
-}
-
-
-def vertical_unit_m(unit: str | None, crs: Any) -> tuple[float, tuple[str, ...]]:
-    """Metres in the unit of height, of the band or else of the CRS's vertical part; and a note if it is unknown."""
-    words = re.split(r"[\s_-]+", (unit or "").lower().strip())
-    words = [_SINGULAR.get(word, re.sub("(re|er|yard|fathom)s$", r"\1", word)) for word in words]
-    for length in range(len(words), 0, -1):  # a datum may follow the unit, as in "metres above sea level"
-        known = _UNITS.get(" ".join(words[:length]))
-        if known and not any(word.isdecimal() for word in words[length:]):  # m s-1 is a speed
-            return known, ()
-    if any(words):
-        return 1.0, (f"unit of heights {' '.join(words)[:30]!r} is unknown: values count as metres (--z-scale)",)
-    try:
-        text = crs.to_wkt(version="WKT1_GDAL") if crs is not None else ""
-    except gdal_failures():
-        return 1.0, ()
-    found = re.search(r'VERT_CS\[.*?UNIT\["[^"]*",([\d.eE+-]+)', text, re.DOTALL)
-    return (float(found[1]) if found else 1.0), ()
-
-
 # --- World files ------------------------------------------------------------------------------------------------------
 
 

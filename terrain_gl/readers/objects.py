@@ -8,8 +8,9 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.gdal import open_dataset
-from terrain_gl.readers.georeference import DEGREES, EVEN, Georeference, Grid, at_place, vertical_unit_m
+from terrain_gl.readers.georeference import DEGREES, EVEN, Georeference, Grid, at_place
 from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasterio
+from terrain_gl.readers.units import meaning_of
 
 _ACROSS = ("x", "lon", "longitude", "easting", "projection_x_coordinate")
 _DOWN = ("y", "lat", "latitude", "northing", "projection_y_coordinate")
@@ -75,7 +76,8 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
         array = array.isel({down: slice(None, None, -1)})
     rows, cols = array.shape
     place = Georeference(grid, _crs_of(array, across), (cols, rows))
-    unit_m, notes = vertical_unit_m(array.attrs.get("units"), place.crs)
+    told = {str(key).lower(): str(value) for key, value in array.attrs.items()}
+    meaning = meaning_of(told.get("units"), place.crs, {"name": str(array.name or ""), **told})
     # attributes describe the values as they are stored (CF conventions)
     nodata = array.attrs.get("_FillValue", array.attrs.get("missing_value"))
     scale, offset = (float(array.attrs.get(key, usual)) for key, usual in (("scale_factor", 1), ("add_offset", 0)))
@@ -84,9 +86,10 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
         (rows, cols, 1),
         array.dtype,
         nodata=None if nodata is None else float(np.ravel(nodata)[0]),
-        scale=scale * unit_m,
-        offset_m=offset * unit_m,
-        notes=notes,
+        scale=scale * meaning.metres,
+        offset_m=offset * meaning.metres,
+        notes=meaning.notes,
+        meaning=meaning,
     )
     return array, at_place(raster, place)
 

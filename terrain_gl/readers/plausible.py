@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from terrain_gl.readers.raster import Raster, Spacing
+from terrain_gl.readers.units import EARTH_M
 
 HIGHEST_RELIEF_M = 20_000.0  # about the height of Everest above the deepest sea floor
-EARTH_M = -11_000.0, 8_900.0  # heights of the deepest sea floor and of Everest
 USUAL_RELIEF_M = 3000.0
 USUAL_RELIEF = 0.2  # relief over extent
 USUAL_SLOPE = 0.4  # slope that a tenth of the land exceeds; 0.28 to 0.62 on seven real maps

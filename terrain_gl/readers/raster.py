@@ -6,7 +6,7 @@ import re
 from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,6 +35,15 @@ def _no_blocks() -> Blocks:
     yield from ()
 
 
+class Meaning(NamedTuple):
+    """What one unit of the stored values is: see `readers/units.py`."""
+
+    metres: float = 1.0  # below 0 if values count down
+    words: str = "metres (no unit is given)"
+    notes: tuple[str, ...] = ()
+    may_be_depth: bool = False  # only a name says so
+
+
 @dataclass
 class Raster:
     """An open raster file; its pixels come in blocks, and each post is in one block."""
@@ -50,6 +59,7 @@ class Raster:
     offset_m: float = 0.0
     notes: tuple[str, ...] = ()  # for the user, on how the file was interpreted
     bands: tuple[str, ...] = ()  # the file's names of its channels without opacity, if it names them
+    meaning: Meaning = Meaning()  # of the values, before `scale` and `offset_m`, which have its metres
     georeference: Any = None  # a Georeference, north up, if the file gives it
 
     def __getstate__(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers.arrays import ORDERS, SRTM_VOID
-from terrain_gl.readers.raster import Band, Raster, listed
+from terrain_gl.readers.raster import Band, Raster, Spacing, listed
 
 _LOSSY = 2  # grey levels by which the colours of a grey may differ after lossy compression
 # Heights that are packed as the 24-bit number RRGGBB: metres = number / divisor + offset.
@@ -53,6 +53,11 @@ class Reading:
     def may_guess(self) -> bool:
         """Whether scale and spacing may be guessed if the file has none."""
         return not self.is_told and self.encoding == "plain"
+
+    def unanswered(self, notes: tuple[str, ...], spacing_m: float | Spacing | None) -> tuple[str, ...]:
+        """Notes without those that ask for a spacing or a scale that the caller has given."""
+        answered = ["--spacing"] * (spacing_m is not None) + ["--z-scale"] * self.is_told
+        return tuple(note for note in notes if not any(option in note for option in answered))
 
     def scales(self, raster: Raster) -> tuple[float, float]:
         """Metres per unit of a raster's values, and the height of value 0."""

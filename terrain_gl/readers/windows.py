@@ -24,6 +24,7 @@ from terrain_gl.readers.place import Place, check_crs
 from terrain_gl.readers.plausible import guess, sample_of
 from terrain_gl.readers.raster import Raster, Spacing, both, utf8
 from terrain_gl.readers.undeclared import undeclared_voids, without
+from terrain_gl.readers.units import contradictions
 from terrain_gl.readers.values import AS_STORED, heights_of
 
 _ALL = slice(None)
@@ -39,16 +40,25 @@ class WindowedRaster:
     is_told = False  # whether the caller has given a scale or an offset of the heights
 
     def __init__(self, raster: Raster) -> None:
+        self._raster = raster
         self.name = raster.name
         self.shape = raster.shape[:2]
         self.spacing_m = raster.spacing_m
         self.georeference: Georeference | None = raster.georeference
         self.notes = raster.notes
+        self.values = raster.meaning.words
         self.assumes_spacing = raster.spacing_m is None
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window that lies on the map."""
         raise NotImplementedError
+
+    def compare_with_the_earth(self, reading: Reading = AS_STORED) -> None:
+        """Add notes if the heights of some windows contradict what we take them for."""
+        if reading.may_guess:
+            scale = reading.scales(self._raster)[0]
+            found = contradictions(self.read, self.shape, both(self.spacing_m or 1.0), scale, self._raster)
+            self.notes = self.notes + found
 
 
 def open_windows(
@@ -65,15 +75,18 @@ def open_windows(
         file.voids_m = tuple(sorted(marks))
     if len(files) == 1:
         files[0].guess(spacing_m)
-        return files[0]
-    return Mosaic(files)
+    windows = files[0] if len(files) == 1 else Mosaic(files)
+    windows.notes = reading.unanswered(windows.notes, spacing_m)
+    windows.compare_with_the_earth(files[0].reading)
+    return windows
 
 
 def windows_of(source: Any, name: str) -> WindowedRaster:
     """Windows of a DataArray of xarray, or of any 2-D object with `shape` and slices (numpy, Dask, Zarr, h5py, ...)."""
     if is_labelled(source):
-        array, raster = lazy_array(source, name)
-        return Sliced(array, raster)
+        sliced = Sliced(*lazy_array(source, name))
+        sliced.compare_with_the_earth()
+        return sliced
     shape = getattr(source, "shape", None)
     if shape is None or len(shape) != 2 or not hasattr(source, "__getitem__"):
         raise UsageError(f"{name}: expected a 2-D array, or an object with shape and slices, got {type(source)}")
@@ -90,7 +103,6 @@ class Sliced(WindowedRaster):
         super().__init__(raster)
         self.identity = getattr(source, "identity", None)
         self._source = source
-        self._raster = raster
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
@@ -114,7 +126,6 @@ class RasterFile(WindowedRaster):
         self.path = path
         self.reading = reading
         self.voids_m: tuple[float, ...] = ()
-        self._raster = raster
         self._by_window = has_windows(path, reading)
         self._open = threading.local()
 
@@ -206,6 +217,7 @@ class Mosaic(WindowedRaster):
 
     def __init__(self, files: Sequence[RasterFile]) -> None:
         self.files = files
+        self._raster = files[0]._raster
         self.identity = [file.identity for file in files]
         # all files get the coordinate system of the first that names one
         first = next((file for file in files if file.georeference and file.georeference.crs), files[0])
@@ -226,6 +238,7 @@ class Mosaic(WindowedRaster):
         self.spacing_m = first.spacing_m
         self.assumes_spacing = False
         self.is_told = first.is_told
+        self.values = first.values
         silent = [file.name for file in files if file.georeference and not file.georeference.crs]
         notes = [note for file in files for note in file.notes]
         if silent and first.georeference.crs:

@@ -223,6 +223,7 @@ class BuildJournal:
             "georeference": {"transform": list(place.grid), "crs": place.crs} if place else None,
             "of_earth": source.is_told or place is not None or not not_of_the_earth(self.range_m),
             "notes": list(source.notes),
+            "values": source.values,
             "voids": self.voids,
             "has_water": self.has_water,
             "sea_m": self.sea_m,

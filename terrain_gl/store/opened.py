@@ -41,6 +41,7 @@ class StoredMap(PagedMap):
         self.opened = None
         self.scales = (1.0, 0.0)
         self.notes = tuple(about["notes"])
+        self.values = about.get("values", "metres")
         self.heights = PagedHeights(self, self.arrays.pyramid.posts(0))  # type: ignore[assignment]
 
     @classmethod

@@ -128,6 +128,6 @@ class MapLoader:
 def _spaced(heightmap: Heightmap, spacing_m: Spacing) -> Heightmap:
     spaced = Heightmap(heightmap.heights, spacing_m, heightmap.name)
     spaced.opened = heightmap.opened and heightmap.opened | {"spacing_m": spacing_m}
-    for name in ("scales", "georeference", "look", "of_earth"):
+    for name in ("values", "scales", "georeference", "look", "of_earth"):
         setattr(spaced, name, getattr(heightmap, name))
     return spaced

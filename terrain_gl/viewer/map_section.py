@@ -42,7 +42,10 @@ def map_section(ui: Widgets, viewer: Viewer) -> None:
     if (typed := ui.enter("map size", now, "metres, then Enter", hint)) not in (None, now):
         _set_size(viewer, typed)
     low, high = heightmap.range_m
-    hint = "Metres of the lowest and of the highest post. All heights in between are scaled."
+    hint = (
+        "Metres of the lowest and of the highest post. All heights in between are scaled. The file's values are "
+        f"{heightmap.values}."
+    )
     now = f"{low:.6g} to {high:.6g}"
     if (typed := ui.enter("heights", now, "lowest to highest", hint)) not in (None, now):
         _set_heights(viewer, typed)

@@ -1,0 +1,153 @@
+"""What the stored values mean: their unit, and whether they count up or down. The result is metres up.
+
+A file says it in several places: the unit of its band, CF attributes (`units`, `positive`, `standard_name`), and the
+vertical axis of its coordinate system. What a file says is believed. What it does not say is metres up; where this is
+unlikely, a note asks for an option, and `contradictions` compares the values with the land of the Earth.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from terrain_gl.readers.raster import Meaning, Raster, Spacing, gdal_failures
+
+EARTH_M = -11_000.0, 8_900.0  # heights of the deepest sea floor and of Everest
+FOOT_M, US_FOOT_M = 0.3048, 1200 / 3937
+_US_FOOT = ("us ft", "ftus", "us foot", "foot us", "us survey foot", "us survey ft", "survey foot", "sft", "sfoot")
+_SINGULAR = {"feet": "foot", "inches": "inch"}
+_UNITS = {  # in the singular
+    **dict.fromkeys(("m", "metre", "meter", "mtr"), 1.0),
+    **dict.fromkeys(("ft", "foot", "international foot", "intl foot", "foot international"), FOOT_M),
+    **dict.fromkeys((*_US_FOOT, "foot us survey", "foot survey us"), US_FOOT_M),
+    **{"fathom": 1.8288, "yd": 0.9144, "yard": 0.9144, "in": 0.0254, "inch": 0.0254},
+    **{
+        prefix + name: factor
+        for short, long, factor in (("k", "kilo", 1e3), ("d", "deci", 0.1), ("c", "centi", 0.01), ("m", "milli", 1e-3))
+        for prefix, name in ((short, "m"), (long, "metre"), (long, "meter"))
+    },
+}
+_NAMES = {1.0: "metres", FOOT_M: "feet", US_FOOT_M: "US survey feet", 0.1: "decimetres", 0.01: "centimetres"}
+_NAMES |= {1e-3: "millimetres", 1e3: "kilometres", 1.8288: "fathoms", 0.9144: "yards", 0.0254: "inches"}
+_ASKED = (FOOT_M, 0.1, 0.01, 1e-3)  # units that files often do not declare
+_DOWN = re.compile(r"\b(depth|down|below)\b")
+STEEP = 1.5  # slope that a tenth of real land does not exceed, where posts are some metres apart
+_SMOOTH_M = 10.0  # on finer maps, trees and walls are steeper
+_STEEP_FINE = 5.0
+_SEMI_MAJOR_M = 6.3e6, 6.4e6
+_WINDOW = 128  # posts a side of a window in which heights are looked at
+_WINDOWS = 4  # windows a side
+
+
+def meaning_of(unit: str | None, crs: Any, about: Mapping[str, str]) -> Meaning:
+    """What values mean by the unit of their band, the coordinate system, and attributes.
+
+    `about` may have "positive", "standard_name", "long_name" and "name" of the variable.
+    """
+    axis_m, axis_is_down = _vertical_axis(crs)
+    told = re.sub(r"[.,;:()]", lambda mark: "" if mark[0] == "." else " ", (unit or about.get("units", "")).lower())
+    words = [_SINGULAR.get(w, re.sub("(re|er|yard|fathom)s$", r"\1", w)) for w in re.split(r"[\s_-]+", told) if w]
+    unit_m = _unit_m(words)
+    notes: tuple[str, ...] = ()
+    if words and unit_m is None:
+        notes = (f"unit of heights {' '.join(words)[:30]!r} is unknown: values count as metres (--z-scale)",)
+    elif unit_m is None and axis_m is None and (feet := _in_feet(crs)):
+        notes = (
+            f"no unit of heights, but {_NAMES[feet]} between posts: values count as metres; "
+            f"if they are feet, give --z-scale {feet:.10g}",
+        )
+    metres = next((known for known in (unit_m, axis_m) if known), 1.0)
+    positive = about.get("positive", "").strip().lower()
+    names = " ".join(about.get(key, "") for key in ("standard_name", "units")).lower().replace("_", " ")
+    is_down = positive == "down" if positive in ("up", "down") else axis_is_down or bool(_DOWN.search(names + told))
+    is_given = unit_m is not None or axis_m is not None
+    known = next((name for size, name in _NAMES.items() if math.isclose(size, metres)), f"units of {metres:g} m")
+    shown = known if is_given else Meaning().words
+    named = " ".join(about.get(key, "") for key in ("name", "long_name")).lower().replace("_", " ")
+    may_be = not is_down and positive != "up" and bool(re.search(r"depth|bathy", named))
+    return Meaning(-metres if is_down else metres, shown + " down" * is_down, notes, may_be)
+
+
+def _unit_m(words: list[str]) -> float | None:
+    for length in range(len(words), 0, -1):  # a datum may follow the unit, as in "metres above sea level"
+        known = _UNITS.get(" ".join(words[:length]))
+        if known and not any(word.isdecimal() for word in words[length:]):  # m s-1 is a speed
+            return known
+    return None
+
+
+def _vertical_axis(crs: Any) -> tuple[float | None, bool]:
+    """Metres in a unit of the vertical axis of a coordinate system, None if it has no such axis; and if it is down."""
+    try:
+        text = crs.to_wkt(version="WKT2_2019") if crs is not None else ""
+    except gdal_failures():
+        return None, False
+    found = re.search(r'AXIS\["[^"]*",(up|down),(?:ORDER\[3\],)?LENGTHUNIT\["[^"]*",([\d.eE+-]+)', text)
+    return (float(found[2]), found[1] == "down") if found else (None, False)
+
+
+def _in_feet(crs: Any) -> float | None:
+    """Metres in the horizontal unit of a coordinate system if this is a foot."""
+    try:
+        unit_m = float(crs.linear_units_factor[1]) if crs is not None and crs.is_projected else 0.0
+    except gdal_failures():
+        return None
+    return next((foot for foot in (FOOT_M, US_FOOT_M) if math.isclose(unit_m, foot, rel_tol=1e-9)), None)
+
+
+# --- What the values say ----------------------------------------------------------------------------------------------
+
+
+def contradictions(
+    read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int], spacing_m: Spacing, scale: float, raster: Raster
+) -> tuple[str, ...]:
+    """Notes if the heights of a map with a place on the Earth cannot be metres up.
+
+    Only `_WINDOWS`² windows are read, by a function of rows and columns. `scale` is metres per unit of value.
+    """
+    meaning = raster.meaning
+    is_asked = any("--z-scale" in note for note in meaning.notes)
+    if is_asked or raster.georeference is None or not _is_of_earth(raster.georeference.crs):
+        return ()
+    starts = [np.linspace(0, max(0, n - _WINDOW), _WINDOWS).astype(int) for n in shape]
+    at = {(int(row), int(col)) for row in starts[0] for col in starts[1]}
+    windows = [read(slice(y, min(y + _WINDOW, shape[0])), slice(x, min(x + _WINDOW, shape[1]))) for y, x in sorted(at)]
+    heights = np.concatenate([each[np.isfinite(each)] for each in windows])
+    if not heights.size:
+        return ()
+    low, high, middle = float(heights.min()), float(heights.max()), float(np.median(heights))
+    slope = _steep_slope(windows, spacing_m)
+    most = STEEP if min(spacing_m) >= _SMOOTH_M else _STEEP_FINE
+    is_outside = low < EARTH_M[0] or high > EARTH_M[1]
+    notes: tuple[str, ...] = ()
+    if is_outside or slope > most:
+        no_land = f"no land on the Earth has heights {low:g} to {high:g} m"
+        steep = f"a tenth of the land would be steeper than {math.degrees(math.atan(slope)):.0f} degrees"
+        fits = [m for m in _ASKED if slope * m <= most and EARTH_M[0] <= low * m and high * m <= EARTH_M[1]]
+        choices = " or ".join(f"--z-scale {scale * m:g} for {_NAMES[m]}" for m in fits[:3])
+        notes = (f"{no_land if is_outside else steep}: give {choices or '--z-scale'}",)
+    if meaning.may_be_depth and middle > 0:
+        notes += (f"its values are named depths, and count as {low:g} to {high:g} m up: give --z-scale {-scale:g}",)
+    if meaning.metres < 0 < middle:
+        notes += (f"declared as depths, but most of it is above 0: if they are heights, give --z-scale {-scale:g}",)
+    return notes
+
+
+def _steep_slope(windows: Sequence[np.ndarray], spacing_m: Spacing) -> float:
+    """The slope that a tenth of the land exceeds; 0 for land that is void or flat."""
+    slopes = [
+        np.hypot((each[:-1, 1:] - each[:-1, :-1]) / spacing_m[0], (each[1:, :-1] - each[:-1, :-1]) / spacing_m[1])
+        for each in windows
+    ]
+    known = np.concatenate([each[np.isfinite(each)] for each in slopes])
+    return float(np.percentile(known, 90)) if known.size else 0.0
+
+
+def _is_of_earth(crs: str | None) -> bool:
+    """Whether a coordinate system is on the ground of the Earth, by its ellipsoid."""
+    found = re.search(r'^(?!GEOCCS|GEODCRS).*?(?:SPHEROID|ELLIPSOID)\["[^"]*",([\d.]+)', crs or "", re.DOTALL)
+    return crs == "EPSG:4326" or (found is not None and _SEMI_MAJOR_M[0] < float(found[1]) < _SEMI_MAJOR_M[1])
