@@ -64,6 +64,9 @@ class Panels:
         width, height = viewer.window.size
         self._free_px = height
         self._names(ui)
+        if viewer.alarm.line:
+            frame = ui.imgui.get_background_draw_list()
+            frame.add_rect((0, 0), (width, height), ui.colour(WARNING), 0.0, 8 * ui.scale)
         if self._taken(ui):
             self._panel(ui)
         self._lecture(ui)
@@ -213,10 +216,13 @@ class Panels:
         viewer = self._viewer
         progress, message, note = viewer.progress, viewer.window.message, viewer.tiles.note
         recording = viewer.saver.filming.running
-        if not (recording or message or progress or note):
+        alarm = viewer.alarm.line
+        if not (recording or message or progress or note or alarm):
             return
         with self._at_bottom(ui, "##status", middle, 0.5, takes_mouse=bool(progress and progress.can_cancel)):
             with ui.wrapped(0.9 * (viewer.window.size[0] - self._taken(ui))):
+                if alarm:
+                    ui.imgui.text_colored(WARNING, alarm)
                 if recording:
                     ui.imgui.text_colored(WARNING, "recording: R stops")
                 for words in filter(None, (message, note)):

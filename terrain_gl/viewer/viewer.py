@@ -14,6 +14,7 @@ from ..light.climate import AUTO
 from ..renderer import Renderer
 from ..renderer.draped import draped
 from ..renderer.lines import Line, Lines
+from .alarm import Alarm
 from .brush_tool import BrushTool
 from .explainer import Explainer
 from .file_dialog import FileDialog
@@ -80,6 +81,7 @@ class Viewer:
         self.images = ImageReader(self.scene)
         self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
         self.ruler = Ruler()
+        self.alarm = Alarm(None)
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self.lecture: Lecture | None = None
@@ -349,6 +351,9 @@ class Viewer:
         moving = scene.controller.moving or sculpts or waits
         if self.painter.step(scene.renderer, scene.frame_spec(), self.window.now_s, moving):
             self.window.refresh()
+        shown = self.painter
+        if shown.drawn:
+            self.alarm.watch(scene, shown.drawn, shown.side_stats, shown.side_measured)
 
     def _draw_scene(self) -> None:
         scene = self.scene

@@ -145,6 +145,7 @@ class Window:
         viewer.saver.line_of = line_of
         viewer.files.has_desktop = True
         viewer.sculpting.recovery.folder = recovery_folder()
+        viewer.alarm.folder = state_path().parent / "reports"
         viewer.lost = [path for path in lost_land(recovery_folder()) if not memory.knows(str(path))]
         hint = offer_of(viewer.lost[0]) if viewer.lost else "H shows all keys; drop a file here to open a map"
         viewer.window.say(memory.complaint or hint, OFFER_S if viewer.lost else MESSAGE_S)

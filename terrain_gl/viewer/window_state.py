@@ -1,10 +1,12 @@
 """The state that the window and the parts share: size, time, the message line, and whether to draw again."""
 
+from collections import deque
 from collections.abc import Callable
 
 Size = tuple[int, int]
 Frame = tuple[int, int, int, int]  # left, bottom, width and height in pixels, from the lower left
 MESSAGE_S = 5.0
+SAID = 50  # messages that reports repeat
 
 
 class WindowState:
@@ -16,6 +18,7 @@ class WindowState:
         self.panel_px = 0.0  # columns of pixels at the left that the panel takes while it is shown
         self.now_s = 0.0  # time of the present frame
         self.message = ""  # one line that the window shows for a while
+        self.said: deque[str] = deque(maxlen=SAID)  # the last messages
         self.stale = True  # whether the window must be drawn again
         self.closing = False  # whether the window is to close
         self.capture_mouse: Callable[[], bool] = lambda: False  # or frees it; returns whether it is captured now
@@ -29,6 +32,7 @@ class WindowState:
     def say(self, text: str, seconds: float = MESSAGE_S) -> None:
         """Show a message for some seconds."""
         self.message = text
+        self.said.append(text)
         self._seconds = seconds
         self.refresh()
 

@@ -85,8 +85,9 @@ class Fuzz:
         return viewer.scene.heightmap.name, tool and tool.land, viewer.sculpting.unsaved, warned, edits
 
     def check(self, before):
-        """The camera is finite, OpenGL has no error, no error was shown, and no stroke is lost."""
+        """The camera is finite, OpenGL has no error, no error was shown, no promise is broken, and no stroke is lost."""
         app, viewer = self.app, self.viewer
+        assert not viewer.alarm.line, viewer.alarm.line
         assert not app.errors, f"{app.errors[0]!r}"
         assert app.gui and viewer.ctx.error == "GL_NO_ERROR"
         controller = viewer.scene.controller
