@@ -15,7 +15,7 @@ lecture                        stations with a state of the window, and their te
 memory, state                  settings that are remembered; a whole state as JSON
 sculpting, saver, explainer, store_tiles  the brush; saved files; why a patch has its detail; missing tiles
 map_loader, image_reader       load maps, read sky and ground images
-painter                        draws the picture, in motion and at rest
+alarm, painter                 watches the promise; draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
 recovery, brush_tool, map_writer, filming, file_dialog, error_box, explain_text

@@ -85,7 +85,7 @@ class Fuzz:
         return viewer.scene.heightmap.name, tool and tool.land, viewer.sculpting.unsaved, warned, edits
 
     def check(self, before):
-        """The camera is finite, OpenGL has no error, no error was shown, no promise is broken, and no stroke is lost."""
+        """The camera is finite, OpenGL has no error, no error was shown, no promise is broken, no stroke is lost."""
         app, viewer = self.app, self.viewer
         assert not viewer.alarm.line, viewer.alarm.line
         assert not app.errors, f"{app.errors[0]!r}"
