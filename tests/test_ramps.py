@@ -106,15 +106,16 @@ def test_voids_of_values_are_those_of_maps(placed):
     np.testing.assert_array_equal(read_values("undeclared.npy").values, expected.values)
 
 
-def test_colours_beyond_light_are_clipped_with_a_line(placed, run):
+def test_colours_beyond_light_are_clipped_or_stretched_with_a_line(placed, run):
     rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
     with rasterio.open("change.tif") as data:
         how = data.profile | {"count": 3, "nodata": None}
-    for name, most in (("light.tif", 1.0), ("bright.tif", 9.0)):
+    for name, most in (("light.tif", 1.0), ("bright.tif", 1.2), ("counts.tif", 9.0)):
         with rasterio.open(name, "w", **how) as out:
             out.write(np.linspace(0, most, 3 * 41 * 41).reshape(3, 41, 41).astype("f4"))
     assert run(*SHOT, "a.png", "--material", "light.tif")[2] == ""
     assert "bright.tif: floats are linear light" in run(*SHOT, "a.png", "--overlay", "bright.tif")[2]
+    assert "counts.tif: has values 0 to 9: black is 0" in run(*SHOT, "a.png", "--overlay", "counts.tif")[2]
 
 
 def test_a_file_without_values_is_refused(placed):

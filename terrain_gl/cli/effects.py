@@ -51,8 +51,8 @@ def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[s
         yield f"--water {args.water_m:g}: without effect, because the lowest height is {low_m:g} m"
     if Look(args.style).is_lit and scene.sun[1] < 0 and not args.sky:
         yield f"the sun is {-scene.sun[1]:.3g} degrees under the horizon: the picture is of the night"
-    if args.ramp_range and not args.drape and args.look not in RAMPS:
-        yield "--range: without effect, because there is no ramp: give --drape, or --look viridis or diverging"
+    if args.ramp_range and not args.drape and not args.material and args.look not in RAMPS:
+        yield "--range: without effect, because there is no ramp: give --drape, --material or a --look that is a ramp"
     if args.ramp != RAMP_AUTO and not args.drape:
         yield "--ramp: without effect, because there are no values: give --drape, or --look viridis or diverging"
     if args.contour_m is not None and not _lines_between(low_m, high_m, args.contour_m):

@@ -9,7 +9,7 @@ from typing import Any
 from ..basics.exceptions import TerrainError, UsageError
 from ..files.furniture import Stamp, name_stamps
 from ..heightmap import Heightmap
-from ..light.laid import holds_values, is_albedo, is_clipped
+from ..light.laid import holds_values, is_albedo, picture_notes
 from ..renderer.draped import is_on_map
 from ..renderer.names import Label
 from ..renderer.overlay import LABEL, Overlay, read_overlay
@@ -40,8 +40,8 @@ def lay_pictures(args: argparse.Namespace) -> None:
     elif args.material and holds_values(args.material) and not is_albedo(args.material):
         report.note(f"{report.shown(args.material)}: holds values, not colours: they are shown as by --drape")
         args.drape, args.material = args.material, None
-    if args.material and not holds_values(args.material) and is_clipped(args.material):
-        report.note(f"{report.shown(args.material)}: floats are linear light, so values below 0 or above 1 are clipped")
+    for note in picture_notes(args.material, args.ramp_range) if args.material else ():
+        report.note(f"{report.shown(args.material)}: {note}")
 
 
 def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:

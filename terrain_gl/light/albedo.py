@@ -1,39 +1,46 @@
 """Pictures of the ground: linear albedo, read a few rows at a time, at the resolution that shading uses."""
 
 import os
+from contextlib import closing
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
-from ..image import linear_from_srgb
 from ..readers.images import open_oiio
+from .ramps import Range
+from .tones import Tones, range_of
 
 MOST_SIDE = 8192  # texels of the texture that shading samples
 MOST_PIXELS = 1 << 29  # most pixels of a file
-_SRGB_8 = linear_from_srgb(np.arange(256)).astype("f4")
+_SAMPLES = 1024  # pixels a side of the sample in which the highest value is looked for
 
 
-def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.ndarray:
-    """Linear albedo of a picture, (rows, cols, 3) half floats, 0 to 1. Integers are read as sRGB, floats as linear.
+def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE, asked: Range | None = None) -> np.ndarray:
+    """Linear albedo of a picture, half floats, 0 to 1: (rows, cols, 3), or (rows, cols, 4) as `read_ground` returns it.
 
     A picture of more than `most_side` pixels a side is reduced: each texel is the mean of a square of pixels.
 
     Raises
     ------
     TerrainError
-        The file is not a readable picture, has too many pixels, or has values that are not finite.
+        The same errors as `tones_in`, or values that are not finite.
     """
-    name = check_input(path, "name a picture")
-    raster = open_oiio(os.fspath(path), name)
+    tones = tones_in(path, asked)
+    name = os.fspath(path)
+    raster = open_oiio(name, name)
     rows, cols, _ = raster.shape
-    if rows * cols > MOST_PIXELS:
-        raise TerrainError(f"{name}: has {cols} x {rows} pixels, more than {MOST_PIXELS:,}: reduce the picture")
     n = -(-max(rows, cols) // most_side)
-    albedo = np.zeros((-(-rows // n), -(-cols // n), 3), "f4" if n > 1 else "f2")
+    channels = 4 if raster.has_alpha else 3
+    albedo = np.zeros((-(-rows // n), -(-cols // n), channels), "f4" if n > 1 else "f2")
     with np.errstate(under="ignore"):  # the smallest half float is 6e-8
         for where, pixels in raster.blocks:
-            colour = linear_albedo(pixels[..., : 3 if raster.colours >= 3 else 1], name)
+            if not np.isfinite(pixels).all():
+                raise TerrainError(f"{name}: has values that are not finite: correct the picture")
+            colour = tones.linear(pixels[..., : len(tones.bands)])
+            if raster.has_alpha:
+                share = share_of(pixels[..., -1:])
+                colour = np.concatenate([np.broadcast_to(colour * share, (*share.shape[:2], 3)), share], -1)
             if n == 1:
                 albedo[where] = colour
             else:
@@ -41,15 +48,37 @@ def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.
         return albedo if n == 1 else mean_of(albedo, rows, cols, n)
 
 
-def linear_albedo(pixels: np.ndarray, name: str) -> np.ndarray:
-    """(rows, cols, 1 or 3) float32 albedo, 0 to 1."""
-    if pixels.dtype == np.uint8:
-        return _SRGB_8[pixels]
-    if pixels.dtype.kind == "u":
-        return linear_from_srgb(pixels * (255 / np.iinfo(pixels.dtype).max)).astype("f4")
-    if not np.isfinite(pixels).all():
-        raise TerrainError(f"{name}: has values that are not finite: correct the picture")
-    return np.clip(pixels, 0, 1).astype("f4")
+def tones_in(path: str | os.PathLike[str], asked: Range | None = None) -> Tones:
+    """How the values of a picture without coordinates become colours.
+
+    Raises
+    ------
+    TerrainError
+        The file is not a readable picture, or has too many pixels.
+    """
+    name = check_input(path, "name a picture")
+    raster = open_oiio(os.fspath(path), name)
+    rows, cols, _ = raster.shape
+    if rows * cols > MOST_PIXELS:
+        raise TerrainError(f"{name}: has {cols} x {rows} pixels, more than {MOST_PIXELS:,}: reduce the picture")
+    bands = (1, 2, 3) if raster.colours >= 3 else (1,)
+    values = np.zeros(0, raster.dtype)
+    with closing(raster.blocks):
+        if not asked and raster.dtype != np.uint8:
+            step = max(1, max(rows, cols) // _SAMPLES)
+            values = np.concatenate([p[::step, ::step, : len(bands)].ravel() for _, p in raster.blocks])
+    found, notes = range_of(values, None, asked)  # OpenImageIO scales 12 bits to 16
+    return Tones(bands, found, None, notes)
+
+
+def share_of(opacity: np.ndarray, most: float | None = None) -> np.ndarray:
+    """Opacity from 0 to 1; `most` is opaque, by default the largest number of the type.
+
+    Floats have no common largest value, so every float except 0 counts as opaque.
+    """
+    if opacity.dtype.kind == "f":
+        return (opacity != 0).astype("f4")
+    return np.minimum(opacity.astype("f4") / np.float32(most or np.iinfo(opacity.dtype).max), np.float32(1))
 
 
 def added_to(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:

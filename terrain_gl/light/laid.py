@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -17,27 +17,33 @@ from ..readers.place import Place
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
 from ..readers.undeclared import undeclared_voids, without
 from ..readers.values import read_heights
-from .albedo import MOST_SIDE, added_to, linear_albedo, mean_of, read_albedo
+from .albedo import MOST_SIDE, added_to, mean_of, read_albedo, share_of, tones_in
 from .ramps import Ramp, Range, ramp_for
+from .tones import tones_of
 
 _SAMPLES = 1024  # most pixels a side of the copy in which we look for values that mark voids
+_OPAQUE_32 = 255.0  # alpha that GDAL makes beside bands of 32 bits
 _SAME_PLANE = "EPSG:3857"  # for both coordinate systems if neither is known; any other would do the same
 
 
-def read_ground(path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE) -> np.ndarray:
+def read_ground(
+    path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE, asked: Range | None = None
+) -> np.ndarray:
     """Linear albedo of a picture of the ground, half floats.
 
     Parameters
     ----------
     onto
         Where the map lies.
+    asked
+        Values of black and white; by default those of `Tones`.
 
     Returns
     -------
     albedo
         (rows, cols, 3) of a picture that covers the map from edge to edge, as `read_albedo` reads it; or
-        (rows, cols, 4) of a picture with coordinates. The last channel is the share of a texel that the picture
-        covers; the colours are multiplied by it.
+        (rows, cols, 4) of a picture with coordinates, or with opacity. The last channel is the share of a texel that
+        the picture covers; the colours are multiplied by it.
 
     Raises
     ------
@@ -48,8 +54,8 @@ def read_ground(path: str, onto: Georeference | None = None, most_side: int = MO
         name = check_input(path, "name a picture")
         with _placed(path, name) as picture:
             if picture is not None:
-                return _laid(picture, name, onto, most_side)
-    return read_albedo(path, most_side)
+                return _laid(picture, name, onto, most_side, asked)
+    return read_albedo(path, most_side, asked)
 
 
 class Draped(NamedTuple):
@@ -95,7 +101,7 @@ def read_values(path: str, onto: Georeference | None = None, most_side: int = MO
                 if _bands(raster) != 1:
                     raise TerrainError(f"{name}: has {raster.count} bands, but values need one: use --material")
                 scaled = partial(_weighted, scale=raster.scales[0], offset=raster.offsets[0])
-                sums = _resampled(raster, name, onto, most_side, 1, scaled, _undeclared(raster))
+                sums = _resampled(raster, name, onto, most_side, (1,), scaled, voids=_undeclared(raster))
     if sums is None:
         sums = _whole(path, name, most_side)
     covered = sums[..., 1]
@@ -155,16 +161,16 @@ def holds_values(path: str) -> bool:
         return False
 
 
-def is_clipped(path: str) -> bool:
-    """Whether a picture of floats has values below 0 or above 1, which `read_ground` clips."""
-    try:
-        raster = open_raster(path)
-        with closing(raster.blocks):
-            return raster.dtype.kind == "f" and any(
-                float(np.nanmin(pixels)) < 0 or float(np.nanmax(pixels)) > 1 for _, pixels in raster.blocks
-            )
-    except TerrainError:  # the function that reads the file will report the error
-        return False
+def picture_notes(path: str, asked: Range | None) -> tuple[str, ...]:
+    """Notes on how the values of a picture become colours; none if it cannot be read, which its reader reports."""
+    with suppress(TerrainError, *(gdal_failures() if has_rasterio() else ())):
+        name = check_input(path, "name a picture")
+        if has_rasterio():
+            with _placed(path, name) as picture:
+                if picture is not None:
+                    return tones_of(picture, name, asked, _SAMPLES).notes
+        return tones_in(path, asked).notes
+    return ()
 
 
 def is_albedo(path: str) -> bool:
@@ -187,19 +193,18 @@ def _placed(path: str, name: str) -> Iterator[Any]:
         yield None if Grid(*data.transform[:6]).tells_nothing else data
 
 
-def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.ndarray:
+def _laid(picture: Any, name: str, onto: Georeference, most_side: int, asked: Range | None) -> np.ndarray:
     """A picture resampled to the map, (rows, cols, 4). It is read a few rows at a time."""
-    import rasterio
-
-    if rasterio.enums.ColorInterp.palette in picture.colorinterp:
-        raise TerrainError(f"{name}: holds palette indices: turn it into colours with gdal_translate -expand rgb")
+    tones = tones_of(picture, name, asked, _SAMPLES)
 
     def weighted(pixels: np.ndarray, covered: np.ndarray) -> np.ndarray:
-        colour = np.broadcast_to(linear_albedo(pixels, name) * covered, (*covered.shape[:2], 3))
-        return np.concatenate([colour, covered], -1)
+        covered = covered * tones.opaque(pixels)
+        colour = np.where(covered > 0, tones.linear(pixels), 0) * covered
+        return np.concatenate([np.broadcast_to(colour, (*covered.shape[:2], 3)), covered], -1)
 
-    bands = 3 if picture.count >= 3 else 1
-    return _resampled(picture, name, onto, most_side, bands, weighted).astype("f2")
+    laid = _resampled(picture, name, onto, most_side, tones.bands, weighted, tones.palette is not None)
+    with np.errstate(under="ignore"):
+        return laid.astype("f2")
 
 
 def _resampled(
@@ -207,8 +212,9 @@ def _resampled(
     name: str,
     onto: Georeference,
     most_side: int,
-    bands: int,
+    bands: tuple[int, ...],
     weighted: Callable[..., np.ndarray],
+    has_palette: bool = False,
     voids: dict[str, float] | None = None,
 ) -> np.ndarray:
     """Means over texels of the results of `weighted`, a function of pixels and of their covered shares."""
@@ -216,6 +222,7 @@ def _resampled(
     from rasterio.vrt import WarpedVRT
 
     has_alpha = rasterio.enums.ColorInterp.alpha in picture.colorinterp
+    most = _most_opaque(picture) if has_alpha else _OPAQUE_32 if picture.dtypes[0] in ("uint32", "int32") else None
     by_value = bool(voids) or (picture.nodata is not None and not has_alpha)
     by_alpha = not by_value and not has_alpha  # GDAL makes an alpha band of a mask, and of the picture's outline
     try:
@@ -225,15 +232,15 @@ def _resampled(
             rows = how["height"]
             n = how.pop("n")
             sums: np.ndarray | None = None
-            bilinear = rasterio.enums.Resampling.bilinear
-            with WarpedVRT(picture, resampling=bilinear, add_alpha=by_alpha, **how, **(voids or {})) as laid:
+            between = rasterio.enums.Resampling.nearest if has_palette else rasterio.enums.Resampling.bilinear
+            with WarpedVRT(picture, resampling=between, add_alpha=by_alpha, **how, **(voids or {})) as laid:
                 step = rows_at_once(cols)
                 for first in range(0, rows, step):
                     window = (first, min(first + step, rows)), (0, cols)
                     # rasterio's mask ignores an alpha band that is made of a mask
                     opacity = laid.dataset_mask(window=window) if by_value else laid.read(laid.count, window=window)
-                    covered = _share(opacity[..., None])
-                    pixels = np.moveaxis(laid.read([*range(1, bands + 1)], window=window), 0, -1)
+                    covered = share_of(opacity[..., None], most)
+                    pixels = np.moveaxis(laid.read(list(bands), window=window), 0, -1)
                     part = weighted(pixels, covered)
                     if sums is None:
                         sums = np.zeros((-(-rows // n), -(-cols // n), part.shape[-1]), "f4")
@@ -244,11 +251,14 @@ def _resampled(
         raise TerrainError(f"{name}: cannot be resampled to the map ({one_line(error)})") from None
 
 
-def _share(opacity: np.ndarray) -> np.ndarray:
-    """Opacity from 0 to 1. Floats have no common largest value, so every float except 0 counts as opaque."""
-    if opacity.dtype.kind == "f":
-        return (opacity != 0).astype("f4")
-    return opacity.astype("f4") / np.float32(np.iinfo(opacity.dtype).max)
+def _most_opaque(picture: Any) -> float | None:
+    """The value of opaque pixels: in 16 bits, it may be 4095 or 255."""
+    import rasterio
+
+    band = picture.colorinterp.index(rasterio.enums.ColorInterp.alpha) + 1
+    if picture.dtypes[band - 1] == "uint8":
+        return None
+    return float(picture.read(band, out_shape=tuple(min(side, _SAMPLES) for side in picture.shape)).max())
 
 
 def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict[str, Any]:

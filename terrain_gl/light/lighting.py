@@ -25,7 +25,7 @@ from .ground import HeightSums
 from .horizon import PORTION, Visibility, sky_table, sun_table
 from .laid import Draped, read_ground, read_values
 from .lobes import LAYERS, Cover, LobeTables, lobe_table
-from .ramps import Ramp, Values, path_of
+from .ramps import Ground, Photo, Ramp, Values
 from .sky import Sky, black_sky, clear_sky, read_sky
 
 # Exposure times irradiance in full light: with it, the log mean of the bundled default view is 0.18, mid-grey.
@@ -89,7 +89,7 @@ class Lighting:
         self.lobes: LobeTables | None = None
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
-        self._material: tuple[Version, str | Values] | None = None
+        self._material: tuple[Version, Ground] | None = None
         self._lobes_wanted = 1  # the version of the lobes that is needed; then the one that exists
         self._lobes_of = 0
 
@@ -129,7 +129,7 @@ class Lighting:
         self,
         sun: tuple[float, float],
         sky: str | None = None,
-        material: str | Values | None = None,
+        material: Ground | None = None,
         look: str | Ramp = AUTO,
     ) -> None:
         """Make the missing light for a sun (azimuth, elevation), a sky's file, a picture of the ground and a look."""
@@ -143,13 +143,13 @@ class Lighting:
         self,
         sun: tuple[float, float],
         sky: str | None = None,
-        material: str | Values | None = None,
+        material: Ground | None = None,
         look: str | Ramp = AUTO,
         posts: int = PORTION,
     ) -> Steps[None]:
         """Incremental `follow`, about `posts` posts a step; yields progress 0 to 1, or nothing if none is missing."""
         self._lobes_wanted += self.cover.take_look(look)
-        version = None if material is None else (Version.of(path_of(material)), material)
+        version = None if material is None else (Version.of(material.path), material)
         place = self.terrain.heightmap.georeference
         if version != self._material:
             self.cover.take_picture(None if material is None else ground_seen(material, place))
@@ -256,12 +256,12 @@ def sky_seen(sun: tuple[float, float], path: str | None, has_air: bool = True) -
     return _computed_sky(round(float(sun[0]), 6), round(float(sun[1]), 6), has_air)
 
 
-def ground_seen(ground: str | Values, onto: Georeference | None = None) -> np.ndarray:
+def ground_seen(ground: Ground, onto: Georeference | None = None) -> np.ndarray:
     """A picture of the ground as linear albedo, in half floats: see `read_ground`. Needs no OpenGL."""
     if isinstance(ground, Values):
         values = _values_of(Version.of(ground.path), onto)
         return values.coloured(values.ramp(ground.ramp, ground.range))
-    return _ground_of(Version.of(ground), onto)
+    return _ground_of(Version.of(ground.path), ground, onto)
 
 
 def ramp_seen(ground: Values, onto: Georeference | None = None) -> Ramp:
@@ -275,8 +275,8 @@ def _values_of(file: Version, onto: Georeference | None) -> Draped:
 
 
 @lru_cache(maxsize=1)
-def _ground_of(file: Version, onto: Georeference | None) -> np.ndarray:
-    return read_ground(file.path, onto)
+def _ground_of(_: Version, ground: Photo, onto: Georeference | None) -> np.ndarray:
+    return read_ground(ground.path, onto, asked=ground.range)
 
 
 @lru_cache(maxsize=2)

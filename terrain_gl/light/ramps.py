@@ -69,9 +69,14 @@ class Values(NamedTuple):
     range: Range | None = None
 
 
-def path_of(ground: str | Values) -> str:
-    """The file of a picture of the ground, or of values on the ground."""
-    return ground.path if isinstance(ground, Values) else ground
+class Photo(NamedTuple):
+    """A picture of the ground, and the values of black and white; None for those of `light.tones`."""
+
+    path: str
+    range: Range | None = None
+
+
+Ground = Photo | Values  # what colours the ground
 
 
 def ramp_for(low: float, high: float, name: str = AUTO, asked: Range | None = None) -> Ramp:

@@ -19,7 +19,7 @@ from ..light.climate import AUTO, LOOKS
 from ..light.climate import NAMES as LOOK_NAMES
 from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import NAMES as RAMPS
-from ..light.ramps import Values
+from ..light.ramps import Photo, Values
 from ..lod import METRICS, Goal
 from ..shade.picture import GRAINS, STYLES, SUN, VOIDS, Look
 from ..shade.surroundings import SURROUNDINGS
@@ -215,7 +215,9 @@ class FrameOptions:
         choices=RAMPS,
     )
     ramp_range: tuple[float, float] | None = _option(
-        None, "picture", Flag("--range", "span", "values at the ends of the ramp of --drape, or of --look", "LO,HI")
+        None,
+        "picture",
+        Flag("--range", "span", "ends of the ramp of --drape or --look; or black and white of --material", "LO,HI"),
     )
     water_m: float | None = _option(None, "picture", Flag("--water", "number", "height of standing water", "M"))
     voids: str = _option(
@@ -345,6 +347,8 @@ class FrameOptions:
         same = {each.name: getattr(self, each.name) for each in fields(Look) if each.name in OPTIONS}
         if self.drape:
             same["material"] = Values(self.drape, self.ramp, self.ramp_range)
+        elif self.material:
+            same["material"] = Photo(self.material, self.ramp_range)
         return Look(**same, land_colours=self.look)
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:

@@ -25,7 +25,7 @@ from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
 from ..light.ramps import LOOKS as RAMPS
-from ..light.ramps import Ramp, Range, Values, ramp_for
+from ..light.ramps import Ground, Ramp, Range, ramp_for
 from ..lod import Selection, ViewBlock
 from ..lod.hiding import ROUGH_PX, is_above_ground
 from ..mesh import MeshDraws
@@ -61,7 +61,7 @@ class Look:
     sky
         File of a sky, an equirectangular picture of light; by default the clear sky of that sun. See `sky.read_sky`.
     material
-        File of a picture of the ground, north up, or values with a ramp. By default, heights and slopes decide the
+        A picture of the ground, north up, or values with a ramp. By default, heights and slopes decide the
         colour.
     water_m
         Height of standing water in metres; none by default.
@@ -74,7 +74,7 @@ class Look:
     style: str = "shaded"
     sun: tuple[float, float] = SUN
     sky: str | None = None
-    material: str | Values | None = None
+    material: Ground | None = None
     water_m: float | None = None
     wires: bool = False
     land_colours: str = AUTO

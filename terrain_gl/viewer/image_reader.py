@@ -4,7 +4,9 @@ import os
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from ..light.laid import picture_notes
 from ..light.lighting import ground_seen, sky_seen
+from ..light.ramps import Photo
 from .loading import in_a_line
 from .scene import Scene
 
@@ -15,6 +17,7 @@ class ImageReader:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._thread = ThreadPoolExecutor(1, "image")
+        self._notes: tuple[str, ...] = ()
         self._reading: tuple[str, str, Future[Any]] | None = None  # option, path, the image
 
     @property
@@ -30,7 +33,9 @@ class ImageReader:
         if path and option == "sky":
             sky_seen((0.0, 0.0), path)
         elif path:
-            ground_seen(path, self._scene.heightmap.georeference if self._scene.has_map else None)
+            photo = Photo(path, self._scene.settings.options.ramp_range)
+            ground_seen(photo, self._scene.heightmap.georeference if self._scene.has_map else None)
+            self._notes = picture_notes(*photo)
 
     def step(self) -> None:
         """Use an image that has been read, or show its error."""
@@ -44,6 +49,8 @@ class ImageReader:
             self._scene.window.say(str(in_a_line(error, f"{path}: cannot be read")) or "not enough memory")
         else:
             self._scene.settings.change_all(**{option: path or None})
+            if option == "material" and path and self._notes:
+                self._scene.window.say("; ".join(self._notes))
             self._scene.window.refresh()
 
     def join(self) -> None:

@@ -1,0 +1,160 @@
+"""Pictures of the ground by other programs' writers: which bands are colours, and which values are black and white."""
+
+import numpy as np
+import pytest
+
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.image import linear_from_srgb
+from terrain_gl.light.laid import picture_notes, read_ground
+from terrain_gl.readers.georeference import Georeference, Grid
+
+rasterio = pytest.importorskip("rasterio")
+Image = pytest.importorskip("PIL.Image")
+C = rasterio.enums.ColorInterp
+
+ONTO = Georeference(Grid(5.0, 0.0, 500000.0, 0.0, -5.0, 5000000.0), "EPSG:32633", (160, 120))
+# four fields of sRGB: red, green, blue, yellow
+FIELDS = np.array([(200, 0, 0), (0, 180, 0), (0, 0, 220), (200, 200, 40)], np.uint8)
+
+
+def photo():
+    """(3, 120, 160) uint8."""
+    colours = np.repeat(np.repeat(FIELDS.reshape(2, 2, 3), 60, 0), 80, 1)
+    return np.moveaxis(colours, -1, 0)
+
+
+def write(path, bands, interp=None, names=None, tags=None, palette=None, driver="GTiff", **options):
+    count, rows, cols = bands.shape
+    about = {"driver": driver, "width": cols, "height": rows, "count": count, "dtype": bands.dtype, "crs": "EPSG:32633"}
+    place = rasterio.transform.from_origin(500000, 5000000, 5, 5)
+    with rasterio.open(path, "w", transform=place, **about, **options) as file:
+        file.write(bands)
+        if interp:
+            file.colorinterp = interp
+        if names:
+            file.descriptions = names
+        if palette:
+            file.write_colormap(1, palette)
+        for band, of_band in enumerate(tags or (), 1):
+            file.update_tags(band, **of_band)
+    return str(path)
+
+
+def fields(albedo):
+    """The albedo in the middle of each field."""
+    rows, cols = albedo.shape[:2]
+    return np.array([albedo[rows * y // 4, cols * x // 4] for y in (1, 3) for x in (1, 3)], float)
+
+
+WHITE = 255.0
+NIR = np.full((1, 120, 160), 90, np.uint8)
+RGB, BGR = photo(), photo()[::-1]
+BGRN = np.concatenate([BGR, NIR])
+PLAIN = {"photometric": "MINISBLACK"}
+WAVES = [{"wavelength": str(nm)} for nm in (480.0, 560.0, 665.0, 840.0)]
+# how a picture is written; the 8-bit value of white; whether a line names the stretch
+PICTURES = {
+    "8 bits": ((RGB, {}), WHITE, False),
+    "12 bits declared": ((RGB * np.uint16(16), {"NBITS": 12}), 4095 / 16, False),
+    "12 bits": ((RGB * np.uint16(16), {"photometric": "RGB"}), 220.0, True),
+    "16 bits": ((RGB * np.uint16(257), {"photometric": "RGB"}), WHITE, False),
+    "10 bits declared": ((RGB * np.uint16(4), {"NBITS": 10}), 1023 / 4, False),
+    "signed reflectance": ((RGB * np.int16(12), {}), 220.0, True),
+    "32 bits": ((RGB * np.uint32(1000), {}), 220.0, True),
+    "32 bits with a sign": ((RGB * np.int32(1000), {}), 220.0, True),
+    "floats up to 255": ((RGB.astype("f4"), {}), 220.0, True),
+    "blue first, by its meaning": ((BGRN, PLAIN | {"interp": [C.blue, C.green, C.red, C.undefined]}), WHITE, False),
+    "blue first, by names": ((BGRN * np.uint16(257), {"names": ("blue", "green", "red", "nir")}), WHITE, False),
+    "eight bands": (
+        (
+            np.concatenate([NIR, BGR[:1], NIR, BGR[1:2], NIR, BGR[2:], NIR, NIR]) * np.uint16(257),
+            {"names": ("coastal_blue", "blue", "green_i", "green", "yellow", "red", "rededge", "nir")},
+        ),
+        WHITE,
+        False,
+    ),
+    "Sentinel-2": ((BGRN * np.uint16(40), {"names": ("B02", "B03", "B04", "B08")}), 220.0, True),
+    "wavelengths": ((BGRN * np.uint16(257), {"tags": WAVES}), WHITE, False),
+    "infrared first, by its meaning": (
+        (np.concatenate([NIR, RGB]), PLAIN | {"interp": [C.nir, C.red, C.green, C.blue]}),
+        WHITE,
+        False,
+    ),
+    "lines of JPEG": ((RGB, {"driver": "JPEG", "quality": 100}), WHITE, False),
+    "PNG of 16 bits": ((RGB * np.uint16(257), {"driver": "PNG"}), WHITE, False),
+}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_colours_are_those_of_the_picture(tmp_path, name):
+    (bands, how), white, is_told = PICTURES[name]
+    path = write(tmp_path / "p", bands, **how)
+    albedo = fields(read_ground(path, ONTO))
+    assert albedo[:, 3] == pytest.approx(1)
+    assert albedo[:, :3] == pytest.approx(linear_from_srgb(np.clip(FIELDS * (255 / white), 0, 255)), abs=6e-3)
+    assert any("--range" in note for note in picture_notes(path, None)) == is_told
+
+
+def test_the_range_that_is_asked_for(tmp_path):
+    path = write(tmp_path / "p", RGB * np.int16(12))
+    assert picture_notes(path, (0.0, 3060.0)) == ()
+    albedo = fields(read_ground(path, ONTO, asked=(0.0, 3060.0)))
+    assert albedo[:, :3] == pytest.approx(linear_from_srgb(FIELDS), abs=2e-3)
+
+
+def test_bands_that_say_nothing_get_a_line(tmp_path):
+    (note,) = picture_notes(write(tmp_path / "p", BGRN * np.uint16(257)), None)
+    assert "gdal_translate -b" in note
+    with pytest.raises(TerrainError, match="inks"):
+        read_ground(write(tmp_path / "q", BGRN, interp=[C.cyan, C.magenta, C.yellow, C.black]), ONTO)
+
+
+PALETTE = {i: (*map(int, colour), 255) for i, colour in enumerate(FIELDS)} | {4: (0, 0, 0, 0)}
+INDICES = np.repeat(np.repeat(np.arange(4, dtype=np.uint8).reshape(1, 2, 2), 60, 1), 80, 2)
+
+
+@pytest.mark.parametrize("driver", ["GTiff", "PNG", "GIF"])
+def test_a_palette_has_the_colours_of_its_entries(tmp_path, driver):
+    indices = INDICES.copy()
+    indices[:, :8] = 4
+    albedo = read_ground(write(tmp_path / "p", indices, driver=driver, palette=PALETTE), ONTO)
+    assert fields(albedo)[:, :3] == pytest.approx(linear_from_srgb(FIELDS), abs=2e-3)
+    if driver == "PNG":  # the palettes of the others are written without opacity
+        assert (albedo[:7, :, 3] == 0).all() and (albedo[9:, :, 3] == 1).all()
+
+
+# pictures with a western half that is not there
+WEST = np.broadcast_to(np.arange(160) < 80, (120, 160))
+HOLES = {
+    "no-data value": (np.where(WEST, 0, RGB).astype(np.uint8), {"nodata": 0}),
+    "no-data value of 16 bits": (np.where(WEST, 65535, RGB * np.uint16(16)).astype(np.uint16), {"nodata": 65535}),
+    "NaN": (np.where(WEST, np.nan, RGB / np.float32(255)).astype("f4"), {}),
+    "alpha": (np.concatenate([RGB, np.where(WEST, 0, 255)[None]]).astype(np.uint8), {"alpha": "YES"}),
+    "alpha of 12 bits": (
+        np.concatenate([RGB * np.uint16(16), np.where(WEST, 0, 4095)[None]]).astype(np.uint16),
+        {"NBITS": 12, "photometric": "RGB", "alpha": "YES"},
+    ),
+    "alpha of 255 in 16 bits": (
+        np.concatenate([RGB * np.uint16(257), np.where(WEST, 0, 255)[None]]).astype(np.uint16),
+        {"photometric": "RGB", "alpha": "YES"},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", HOLES)
+def test_holes_of_pictures_show_the_land(tmp_path, name):
+    bands, how = HOLES[name]
+    albedo = read_ground(write(tmp_path / "p", bands, **how), ONTO)
+    assert (albedo[:, :78, 3] == 0).all() and albedo[:, 82:, 3] == pytest.approx(1)
+    assert albedo[80:, 82:, :2].min() > 0.3  # yellow
+
+
+def test_pictures_without_a_place_have_opacity_too(tmp_path):
+    pixels = np.dstack([np.moveaxis(RGB, 0, -1), np.where(WEST, 0, 255)]).astype(np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "p.png")
+    albedo = read_ground(str(tmp_path / "p.png"), ONTO)
+    assert (albedo[:, :80] == 0).all() and (albedo[:, 80:, 3] == 1).all()
+    grey = (RGB[1] * np.uint16(12)).astype(np.uint16)
+    Image.fromarray(grey).save(tmp_path / "g.png")
+    assert "0 to 2400 of 65535" in picture_notes(str(tmp_path / "g.png"), None)[0]
+    assert float(read_ground(str(tmp_path / "g.png"), ONTO).max()) == 1
