@@ -7,7 +7,6 @@ only when it is complete. A folder keeps all complete pictures, and a film in pa
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import queue
 import threading
@@ -22,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.locks import lock
 from ..basics.replacing import replacing
 from ..image import write_png
 from . import parts
@@ -193,11 +193,11 @@ def picture_name(number: int) -> str:
 
 def _pictures(folder: Path, first: int) -> AbstractContextManager[Write]:
     made = not folder.is_dir()
-    lock = _locked(folder)
+    held = _locked(folder)
     if not first and any(folder.glob("frame-*.png")):
-        os.close(lock)
+        os.close(held)
         raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
-    return _numbered(folder, made, lock, first)
+    return _numbered(folder, made, held, first)
 
 
 def _locked(folder: Path) -> int:
@@ -208,19 +208,14 @@ def _locked(folder: Path) -> int:
         raise TerrainError(f"{folder}: cannot make this folder: {error.strerror}") from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise TerrainError(f"{folder}: no permission to write there: choose another folder")
-    descriptor = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return lock(folder, waits=False)
     except BlockingIOError:
-        os.close(descriptor)
         raise TerrainError(f"{folder}: another recording is being written there: name another folder") from None
-    except OSError:  # a file system without locks
-        pass
-    return descriptor
 
 
 @contextmanager
-def _numbered(folder: Path, made: bool, lock: int, first: int) -> Iterator[Write]:
+def _numbered(folder: Path, made: bool, held: int, first: int) -> Iterator[Write]:
     """Write numbered files to a folder; a new folder that stays empty is removed."""
     done = first
 
@@ -235,7 +230,7 @@ def _numbered(folder: Path, made: bool, lock: int, first: int) -> Iterator[Write
     try:
         yield write
     finally:
-        os.close(lock)
+        os.close(held)
         if made and not done:
             parts.remove_empty(folder)
 
@@ -263,10 +258,10 @@ def _film(path: Path, fps: float, first: int | None) -> AbstractContextManager[W
 
 
 @contextmanager
-def _in_parts(av: Any, film: Path, codec: Codec, rate: Fraction, first: int, lock: int) -> Iterator[Write]:
+def _in_parts(av: Any, film: Path, codec: Codec, rate: Fraction, first: int, held: int) -> Iterator[Write]:
     """Write the parts of a film from frame `first` on; at the end, join all parts, and remove them.
 
-    `lock` is the descriptor that locks their folder.
+    `held` is the descriptor that locks their folder.
     """
     done = complete = first
     try:
@@ -296,7 +291,7 @@ def _in_parts(av: Any, film: Path, codec: Codec, rate: Fraction, first: int, loc
         raise TerrainError(f"{error}; the first {complete} pictures are complete") from None
     finally:
         parts.remove_empty(parts.folder_of(film))
-        os.close(lock)
+        os.close(held)
 
 
 def _join(av: Any, files: Sequence[Path], to: Path, rate: Fraction, codec: Codec) -> None:

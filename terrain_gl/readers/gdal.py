@@ -62,7 +62,7 @@ OFFLINE = {
     "OSR_DEFAULT_AXIS_MAPPING_STRATEGY": "TRADITIONAL_GIS_ORDER",
 }
 _ALWAYS = {
-    "GDAL_CACHEMAX": 64,  # MB; the default is a share of the machine's memory
+    "GDAL_CACHEMAX": 64 << 20,  # rasterio takes bytes; the default is a share of the machine's memory
     "VRT_NUM_THREADS": "1",  # with several threads, GDAL reads zeros where a source is damaged, without an error
     "GTIFF_REPORT_COMPD_CS": "YES",  # otherwise a GeoTIFF 1.0 has no vertical axis
     "GDAL_NETCDF_IGNORE_XY_AXIS_NAME_CHECKS": "YES",  # x and y are coordinates, also without attributes that say so

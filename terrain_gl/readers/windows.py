@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -62,15 +62,24 @@ class WindowedRaster:
 
 
 def open_windows(
-    paths: Sequence[str | os.PathLike[str]], reading: Reading = AS_STORED, spacing_m: float | Spacing | None = None
+    paths: Sequence[str | os.PathLike[str]],
+    reading: Reading = AS_STORED,
+    spacing_m: float | Spacing | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> WindowedRaster:
     """Open a file, or several files as one mosaic. Missing scale and spacing are guessed, as by `Heightmap.open`.
 
-    `spacing_m` replaces the spacing in the file. `TerrainError` if a file cannot be read, or is not on the grid of the
-    first file.
+    `spacing_m` replaces the spacing in the file. `progress` is called with the part of the files that are open.
+    `TerrainError` if a file cannot be read, or is not on the grid of the first file.
     """
-    files = [RasterFile(os.fspath(path), reading) for path in paths]
-    marks = {mark for file in files for mark in file.find_voids()}
+    files: list[RasterFile] = []
+    marks: set[float] = set()
+    for path in paths:
+        file = RasterFile(os.fspath(path), reading)
+        marks.update(file.find_voids())
+        files.append(file)
+        if progress:
+            progress(len(files) / len(paths))
     for file in files:
         file.voids_m = tuple(sorted(marks))
     if len(files) == 1:
@@ -79,6 +88,12 @@ def open_windows(
     windows.notes = reading.unanswered(windows.notes, spacing_m)
     windows.compare_with_the_earth(files[0].reading)
     return windows
+
+
+def identity_of(path: str, reading: Reading) -> list[Any]:
+    """Names, sizes and times of a map's files, and how they are read; no file is read, except a mosaic's list."""
+    files = [[os.path.basename(name), size, time] for name, size, time in state_of(path)]
+    return [os.path.basename(path), files, repr(reading)]
 
 
 def windows_of(source: Any, name: str) -> WindowedRaster:
@@ -120,8 +135,7 @@ class RasterFile(WindowedRaster):
         raster = open_raster(path, reading)
         raster.blocks.close()
         super().__init__(raster)
-        files = [(os.path.basename(name), size, time) for name, size, time in state_of(path)]
-        self.identity = [os.path.basename(path), files, repr(reading)]
+        self.identity = identity_of(path, reading)
         self.is_told = reading.is_told
         self.path = path
         self.reading = reading

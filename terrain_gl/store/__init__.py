@@ -10,7 +10,8 @@ cache                       stores of large rasters, made at first use
 
 from ..basics.inputs import is_store
 from .build import build
+from .checking import check
 from .format import MissingTileError
 from .opened import StoredMap
 
-__all__ = ["MissingTileError", "StoredMap", "build", "is_store"]
+__all__ = ["MissingTileError", "StoredMap", "build", "check", "is_store"]

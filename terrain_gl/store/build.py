@@ -16,21 +16,25 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.inputs import is_store
+from ..basics.locks import locked
 from ..basics.version import __version__
 from ..readers import Reading
 from ..readers.plausible import not_of_the_earth
 from ..readers.raster import Spacing, both
 from ..readers.values import AS_STORED
-from ..readers.windows import WindowedRaster, open_windows, windows_of
+from ..readers.windows import WindowedRaster, identity_of, open_windows, windows_of
 from . import water
-from .format import VERSION, Arrays, read_about, zarr_library
-from .job import WORK, BuildJob, Task
-from .pyramid import SHARD, TILE, StoreSizes
+from .checking import Findings, check, noted_of
+from .format import VERSION, Arrays, mending, read_about, zarr_library
+from .job import BUILT, WORK, BuildJob, Shard, Task
+from .pyramid import SHARD, TILE, StoreSizes, areas
 from .scheduling import scheduler
 from .tasks import of_all, of_source, perform, phases
 from .tiles import Checks
 
 Progress = Callable[[float], None]
+_OPENING = 0.05  # share of the progress for opening the source
+_FOLDERS = ("checks", "ranges", "errors", "marks", "heights")  # of a store; heights last: they show that it is one
 
 
 def build(
@@ -44,10 +48,13 @@ def build(
     progress: Progress | None = None,
     tile: int = TILE,
     shard: int = SHARD,
-    tell: Callable[[WindowedRaster], None] | None = None,
+    tell: Callable[[str], None] | None = None,
     look: str = "auto",
+    mends: bool = False,
 ) -> dict[str, Any]:
     """Build a store of a map of any size. The source is read window by window, and is never written.
+
+    A finished store of the same source is checked. Of several builds into one folder, one works, and the others wait.
 
     Parameters
     ----------
@@ -67,9 +74,12 @@ def build(
     tile, shard
         Posts along a side of a tile, and along a side of a shard, which one task writes; powers of two.
     tell
-        Function that gets the opened source before the work begins; its `notes` say how it was interpreted.
+        Function that gets lines for the user before the work begins: how the source was interpreted, why it waits.
     look
         How the land is coloured by default: `Heightmap.look`.
+    mends
+        Write the damaged files of a finished store again, and remove files that are not of the store. The source is
+        read once as a whole; errors are measured again only where they are damaged.
 
     Returns
     -------
@@ -79,35 +89,91 @@ def build(
     Raises
     ------
     TerrainError
-        The source cannot be read, the folder holds something else, or the disk is full.
+        The source cannot be read, the folder holds something else, the store is damaged, or the disk is full.
     """
     zarr_library()
     path = os.fspath(output)
-    windows = _opened(source, reading, spacing_m)
-    if tell:
-        tell(windows)
-    if workers > 1 and windows.identity is None and not address:
-        raise UsageError("an object in memory is built in this process: leave workers at 1")
-    if min(windows.shape) < 2:
-        raise TerrainError(f"{windows.name}: {windows.shape[1]} x {windows.shape[0]} posts: expected at least 2 x 2")
     if tile & tile - 1 or shard & shard - 1 or not 8 <= tile <= shard:
         raise UsageError(f"tile and shard must be powers of two, 8 ≤ tile ≤ shard, got {tile} and {shard}")
-    spacing = both(spacing_m if spacing_m is not None else windows.spacing_m or 1.0)
-    assumes_spacing = spacing_m is None and windows.assumes_spacing
-    job = BuildJob(path, StoreSizes(*windows.shape, tile, shard), windows, spacing, fill_m, look, assumes_spacing)
-    journal = BuildJournal(job)
-    if journal.is_finished:
-        return read_about(path)
-    with contextlib.closing(scheduler(workers, address)) as runner:
-        return _run(job, journal, runner, progress)
+    lines = tell or (lambda _: None)
+    asked = _asked(source, reading, spacing_m, fill_m, look, tile, shard)
+    with locked(path, tell=lambda: lines(f"{path}: waits for another build of this store")):
+        findings = _findings(path, progress) if mends else None
+        about = findings.about if findings else _finished(path)
+        if about and about["asked"] == asked is not None:
+            findings = findings or check(path, progress)
+            if not mends or not findings.damage:
+                return _sound(path, findings, lines)
+        windows = _opened(source, reading, spacing_m, progress)
+        for note in windows.notes:
+            lines(f"{windows.name}: {note}")
+        if workers > 1 and windows.identity is None and not address:
+            raise UsageError("an object in memory is built in this process: leave workers at 1")
+        if min(windows.shape) < 2:
+            raise TerrainError(
+                f"{windows.name}: {windows.shape[1]} x {windows.shape[0]} posts: expected at least 2 x 2"
+            )
+        spacing = both(spacing_m if spacing_m is not None else windows.spacing_m or 1.0)
+        assumes_spacing = spacing_m is None and windows.assumes_spacing
+        sizes = StoreSizes(*windows.shape, tile, shard)
+        whole = findings.whole if findings else frozenset()
+        job = BuildJob(path, sizes, windows, spacing, fill_m, look, assumes_spacing, whole=whole)
+        journal = BuildJournal(job, asked, findings)
+        if journal.is_finished:
+            return _sound(path, findings or check(path, progress))
+        with contextlib.closing(scheduler(workers, address)) as runner:
+            return _run(job, journal, runner, progress)
 
 
-def _opened(source: Any, reading: Reading, spacing_m: float | Spacing | None) -> WindowedRaster:
+def _asked(source: Any, reading: Reading, *options: Any) -> Any:
+    """What a build of files was asked for, as JSON: builds with equal values make equal stores. None for an object."""
+    paths = [source] if isinstance(source, str | os.PathLike) else source
+    if not isinstance(paths, Sequence) or not paths or not isinstance(paths[0], str | os.PathLike):
+        return None
+    return json.loads(json.dumps([[identity_of(os.fspath(path), reading) for path in paths], *options]))
+
+
+def _opened(
+    source: Any, reading: Reading, spacing_m: float | Spacing | None, progress: Progress | None
+) -> WindowedRaster:
+    def show(part: float) -> None:
+        if progress:
+            progress(_OPENING * part)
+
     if isinstance(source, str | os.PathLike):
-        return open_windows([source], reading, spacing_m)
+        return open_windows([source], reading, spacing_m, show)
     if isinstance(source, Sequence) and source and isinstance(source[0], str | os.PathLike):
-        return open_windows(source, reading, spacing_m)
+        return open_windows(source, reading, spacing_m, show)
     return windows_of(source, str(getattr(source, "name", None) or type(source).__name__))
+
+
+def _finished(path: str) -> dict[str, Any] | None:
+    """The description of a finished store; None if the folder holds none."""
+    if not is_store(path) or (Path(path) / WORK).is_dir():
+        return None
+    shutil.rmtree(Path(path) / BUILT, ignore_errors=True)
+    return read_about(path)
+
+
+def _findings(path: str, progress: Progress | None) -> Findings | None:
+    """The damage of a store that is to be mended; None for a build that has not ended, which only goes on."""
+    if (Path(path) / WORK).is_dir():
+        return None
+    if not (Path(path) / "heights").is_dir():
+        raise TerrainError(f"{path}: is not a store: make one with terrain-gl build")
+    return check(path, progress)
+
+
+def _sound(path: str, findings: Findings, tell: Callable[[str], None] | None = None) -> dict[str, Any]:
+    """The description of a store without damage; else a `TerrainError`."""
+    if findings.damage or not findings.about:
+        first = findings.damage[0]
+        count = f"{len(findings.damage)} of its files are" if len(findings.damage) > 1 else "a file of it is"
+        raise TerrainError(f"{path}: {count} damaged, {first.file}: {first.reason}: {mending(path)}")
+    if tell:
+        for note in findings.about["notes"]:
+            tell(f"{findings.about['name']}: {note}")
+    return findings.about
 
 
 def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress | None) -> dict[str, Any]:
@@ -124,7 +190,7 @@ def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress |
             journal.add(task, result)
             done += each
             if progress:
-                progress(done / total)
+                progress(_OPENING + (1 - _OPENING) * done / total)
 
     work(first)
     job = replace(job, range_m=journal.range_m, voids=journal.voids)
@@ -147,10 +213,12 @@ def _cost(tasks: list[Task]) -> float:
 class BuildJournal:
     """The finished tasks of a build: one line each, written after the task's shards."""
 
-    def __init__(self, job: BuildJob) -> None:
+    def __init__(self, job: BuildJob, asked: Any = None, findings: Findings | None = None) -> None:
         self.job = job
         self.folder = Path(job.path) / WORK
-        self._built = self.folder.with_name(".built")
+        self._built = self.folder.with_name(BUILT)
+        self._asked = asked
+        self._findings = findings
         self.results: dict[Task, dict[str, Any]] = {}
         self.is_finished = False
         identity = {
@@ -163,8 +231,11 @@ class BuildJournal:
         }
         self._identity = json.loads(json.dumps(identity))
         self._begun = {"format": VERSION, "written_by": __version__, **self._identity}
-        if is_store(job.path) and not self.folder.is_dir():
-            self._check_finished()
+        if findings:
+            self._begin_mending(findings)
+        elif is_store(job.path) and not self.folder.is_dir():
+            self._check_same(read_about(job.path))
+            self.is_finished = True
         else:
             self._begin_or_continue()
 
@@ -218,6 +289,7 @@ class BuildJournal:
         source = job.source
         place = source.georeference
         about = self._identity | {
+            "asked": self._asked,
             "name": os.path.basename(source.name),
             "range_m": list(self.range_m),
             "georeference": {"transform": list(place.grid), "crs": place.crs} if place else None,
@@ -231,6 +303,11 @@ class BuildJournal:
             "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
             "checks_sha256": checks.sha256,
         }
+        before = self._findings and self._findings.checks
+        if before and before.sha256 != checks.sha256:
+            raise TerrainError(
+                f"{job.path}: {source.name} gives other heights than before: remove the store, build anew"
+            )
         for partial in Path(job.path).rglob("*.partial"):  # left by tasks that were killed
             partial.unlink()
         arrays = Arrays(job.path, job.pyramid)
@@ -243,13 +320,49 @@ class BuildJournal:
     def _of_source(self) -> Iterator[dict[str, Any]]:
         return (self.results[task] for task in of_source(self.job.pyramid))
 
-    def _check_finished(self) -> None:
-        about = read_about(self.job.path)
+    def _check_same(self, about: dict[str, Any]) -> None:
         same = all(about.get(key) == value for key, value in self._identity.items())
         if not same or self.job.source.identity is None:
             raise TerrainError(f"{self.job.path}: is a store of another map or a changed one: remove it first")
-        self.is_finished = True
-        shutil.rmtree(self._built, ignore_errors=True)
+
+    def _begin_mending(self, findings: Findings) -> None:
+        """Remove what is damaged, and begin a build; measuring is done again only where its results are damaged."""
+        path = Path(self.job.path)
+        if findings.about:
+            self._check_same(findings.about)
+        if findings.about and not findings.damage:
+            self.is_finished = True
+            return
+        damaged = [damage.file for damage in findings.damage] if findings.checks else ["zarr.json", *_FOLDERS]
+        for harmed in (path / name for name in damaged):
+            if harmed.is_dir() and not harmed.is_symlink():
+                shutil.rmtree(harmed)
+            else:
+                harmed.unlink(missing_ok=True)
+        self._begin()
+        self._create()
+        if findings.checks:
+            self._skip_measuring(findings.checks)
+
+    def _skip_measuring(self, checks: Checks) -> None:
+        """Note the tasks that measure errors, if these are whole."""
+        pyramid = self.job.pyramid
+        coarse = {
+            Task("gather", level, *at): [Shard(name, level, *at) for name in ("errors", "ranges")]
+            for level in range(pyramid.fine + 1, pyramid.top + 1)
+            for at in areas(pyramid.nodes(level), pyramid.shard)
+        }
+        fine = {
+            Task("measure", 0, *at): [
+                Shard(name, level, *at) for level in range(1, pyramid.fine + 1) for name in ("errors", "ranges")
+            ]
+            for at in areas(pyramid.nodes(0), pyramid.shard)
+        }
+        if not all(self.job.whole.issuperset(shards) for shards in coarse.values()):
+            return  # all measured records are needed
+        for task, shards in (coarse | fine).items():
+            if self.job.whole.issuperset(shards):
+                self.add(task, {"checks": [noted_of(checks, pyramid, shard) for shard in shards]})
 
     def _begin_or_continue(self) -> None:
         path = Path(self.job.path)
@@ -259,15 +372,24 @@ class BuildJournal:
                 raise TerrainError(f"{path}: was begun from another map, or with other options: remove it first")
             self._read()
         else:
+            if (path / "heights").is_dir():
+                raise TerrainError(f"{path}: its zarr.json is missing: {mending(path)}")
             if path.is_dir() and any(entry.name != WORK for entry in path.iterdir()):
                 raise TerrainError(f"{path}: is a folder that holds something else: name another one")
-            try:
-                self.folder.mkdir(parents=True, exist_ok=True)
-                beside = begun.with_suffix(".partial")
-                beside.write_text(json.dumps(self._begun), "utf-8")
-                os.replace(beside, begun)
-            except OSError as error:
-                raise TerrainError(f"{path}: cannot write: {error.strerror or error}") from None
+            self._begin()
+        self._create()
+
+    def _begin(self) -> None:
+        begun = self.folder / "identity.json"
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            beside = begun.with_suffix(".partial")
+            beside.write_text(json.dumps(self._begun), "utf-8")
+            os.replace(beside, begun)
+        except OSError as error:
+            raise TerrainError(f"{self.job.path}: cannot write: {error.strerror or error}") from None
+
+    def _create(self) -> None:
         Arrays(self.job.path, self.job.pyramid).create()
 
     def _read(self) -> None:

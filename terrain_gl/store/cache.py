@@ -2,24 +2,24 @@
 
     $XDG_CACHE_HOME/terrain-gl/stores/KEY/map.zarr      by default under ~/.cache (XDG Base Directory Specification 0.8)
                                       KEY/source.json   path of the raster; the file's time is that of the last use
-                                      KEY.lock          held by all processes that use the store
                                       limit.json        the most bytes that all stores may take
 
-KEY is a hash of the names, sizes and times of the raster's files, of the options for reading it, and of the program's
-version. If the stores take more than the limit, the least recently used stores are removed, except stores in use.
+All processes that use a store have a lock on its folder KEY. KEY is a hash of the names, sizes and times of the
+raster's files, of the options for reading it, and of the program's version. If the stores take more than the limit, the
+least recently used stores are removed, except stores in use.
 """
 
 import contextlib
-import fcntl
 import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..basics.exceptions import TerrainError
+from ..basics.locks import lock, locked
 from ..basics.replacing import replacing
 from ..basics.version import __version__
 from ..readers import Reading, state_of
@@ -82,22 +82,21 @@ def stored(
     """
     zarr_library()
     place = folder() / key_of(path, reading, spacing_m)
-    _make(place)
-    lock = _lock_of(place)
+    held = lock(place, is_shared=True)
+    while not _is_finished(place):
+        os.close(held)
+        with locked(place):  # waits for a process that builds the same store
+            if not _is_finished(place):
+                _write(place / _SOURCE, {"source": os.path.abspath(path)})
+                build(path, place / _STORE, spacing_m, reading, progress=progress)
+        held = lock(place, is_shared=True)
     try:
-        fcntl.flock(lock, fcntl.LOCK_SH)
-        if not _is_finished(place):
-            fcntl.flock(lock, fcntl.LOCK_EX)  # waits for a process that builds the same store
-            _make(place)
-            _write(place / _SOURCE, {"source": os.path.abspath(path)})
-            build(path, place / _STORE, spacing_m, reading, progress=progress)
-            fcntl.flock(lock, fcntl.LOCK_SH)
         os.utime(place / _SOURCE)
         opened = StoredMap(place / _STORE)
     except BaseException:
-        os.close(lock)
+        os.close(held)
         raise
-    _in_use.append(lock)
+    _in_use.append(held)
     shrink()
     opened.name = path
     return opened
@@ -118,10 +117,13 @@ def entries() -> list[CachedStore]:
 def remove(entry: CachedStore) -> bool:
     """Remove a store; False if another process uses it."""
     place = folder() / entry.key
-    with _alone(place) as is_alone:
-        if is_alone:
-            shutil.rmtree(place, ignore_errors=True)
-        return is_alone
+    try:
+        with locked(place, waits=False) as is_alone:
+            if is_alone:
+                shutil.rmtree(place, ignore_errors=True)
+            return is_alone
+    except TerrainError:  # no permission
+        return False
 
 
 def shrink() -> None:
@@ -153,10 +155,6 @@ def _is_finished(place: Path) -> bool:
     return (place / _STORE / "zarr.json").is_file() and not (place / _STORE / ".build").is_dir()
 
 
-def _lock_of(place: Path) -> int:
-    return os.open(f"{place}.lock", os.O_RDWR | os.O_CREAT, 0o666)
-
-
 def _make(place: Path) -> None:
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -175,20 +173,3 @@ def _bytes_of(place: Path) -> int:
         with contextlib.suppress(OSError):
             total += file.stat().st_size
     return total
-
-
-@contextlib.contextmanager
-def _alone(place: Path) -> Iterator[bool]:
-    """Lock a store; yields False if another process uses it."""
-    try:
-        lock = _lock_of(place)
-    except OSError:
-        yield False
-        return
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield True
-    except BlockingIOError:
-        yield False
-    finally:
-        os.close(lock)

@@ -11,6 +11,7 @@ Errors are `cut_m` of glsl/error/nodes.glsl, bit for bit. A tile counts as missi
 checksum is wrong.
 """
 
+import hashlib
 import json
 import os
 import warnings
@@ -22,13 +23,16 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.rect import Area
+from ..basics.replacing import replacing
 from ..basics.version import __version__
 from ..readers.georeference import Georeference, Grid
 from .pyramid import StoreSizes
 
 INSTALL = "pip install 'terrain-gl[store]'"
-VERSION = 7
+VERSION = 8
 _KEY = "terrain_gl"
+_SEAL = "description_sha256"
+_UNSEALED = "0" * 64
 _RAW = "https://raw.githubusercontent.com/zarr-conventions/multiscales/refs/tags/v0.1/schema.json"
 _CONVENTION = {
     "uuid": "d35379db-88df-4056-af3a-620245f8e347",
@@ -81,6 +85,7 @@ class Arrays:
         group = zarr.open_group(str(self.path), mode="a", zarr_format=3)
         for level in range(self.pyramid.top + 1):
             for name in fields_of(level, is_marked):
+                group.require_group(name)
                 if f"{name}/{level}" not in group:
                     self._create(group, name, level)
 
@@ -90,7 +95,7 @@ class Arrays:
         dtype, missing, words = FIELDS[name]
         all_words, one_word = ((words,), (1,)) if words > 1 else ((), ())
         tile = self.pyramid.tile
-        shard = self.pyramid.shard if name in _OF_POSTS else self.pyramid.node_shard(level)
+        shard = self.pyramid.shard_of(name, level)
         group.create_array(
             f"{name}/{level}",
             shape=(*all_words, *shape_of(self.pyramid, name, level)),
@@ -117,7 +122,7 @@ class Arrays:
             values = np.asarray(self._array(name, level)[(Ellipsis, *where)])
         except _FAULTS as error:
             reason = "its checksum does not fit" if "checksum" in str(error) else _short(error)
-            raise MissingTileError(f"{self.called(name, level, where)}: {reason}") from None
+            raise self.missing(name, level, where, reason) from None
         known = ~np.isnan(values) if name == "heights" else values != FIELDS[name][1]
         if name in _TOLD_MISSING and not known.all():
             raise MissingTileError(f"{self.called(name, level, where)}: was never written")
@@ -129,6 +134,10 @@ class Arrays:
         where_ = f"rows {rows.start} to {rows.stop - 1}, columns {cols.start} to {cols.stop - 1}"
         return f"{self.path}: {name}/{level}, {where_}"
 
+    def missing(self, name: str, level: int, where: Area, reason: str) -> MissingTileError:
+        """An error that names an area, the reason, and what to do."""
+        return MissingTileError(f"{self.called(name, level, where)}: {reason}: {mending(self.path)}")
+
     def write_checks(self, values: np.ndarray) -> None:
         """Write the checksums of all tiles."""
         group = zarr_library().open_group(str(self.path), mode="r+", zarr_format=3)
@@ -139,7 +148,7 @@ class Arrays:
         try:
             return np.asarray(zarr_library().open_array(str(self.path / "checks"), mode="r", zarr_format=3)[:])
         except _FAULTS as error:
-            reason = f"its list of checksums cannot be read ({_short(error)}): build it again"
+            reason = f"its list of checksums cannot be read ({_short(error)}): {mending(self.path)}"
             raise TerrainError(f"{self.path}: {reason}") from None
 
     def _array(self, name: str, level: int) -> Any:
@@ -155,13 +164,22 @@ class Arrays:
             place = {"scale": [2.0, 2.0], "translation": [0.0, 0.0]}
             layout.append({"asset": f"heights/{level}", "derived_from": f"heights/{level - 1}", **place})
         group = zarr_library().open_group(str(self.path), mode="r+", zarr_format=3)
+        arrays = sorted(str(file.parent.relative_to(self.path)) for file in self.path.glob("*/**/zarr.json"))
+        own = {"format": VERSION, "written_by": f"terrain-gl {__version__}", **about}
+        own["arrays_sha256"] = {name: self.metadata_sha256(name) for name in arrays}
         group.attrs.put(
             {
                 "zarr_conventions": [_CONVENTION],
                 "multiscales": {"layout": layout, "resampling_method": "nearest"},
-                _KEY: {"format": VERSION, "written_by": f"terrain-gl {__version__}", **about},
+                _KEY: own | {_SEAL: _UNSEALED},
             }
         )
+        with replacing(self.path / "zarr.json") as part:
+            part.write_bytes(_sealed((self.path / "zarr.json").read_bytes()))
+
+    def metadata_sha256(self, name: str) -> str:
+        """Hash of the metadata of an array, such as "heights/0"."""
+        return hashlib.sha256((self.path / name / "zarr.json").read_bytes()).hexdigest()
 
 
 def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -174,16 +192,31 @@ def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
     """
     name = os.fspath(path)
     try:
-        with open(os.path.join(path, "zarr.json"), encoding="utf-8") as file:
-            attributes = json.load(file).get("attributes", {})
-    except (OSError, ValueError, AttributeError):
+        data = Path(path, "zarr.json").read_bytes()
+    except OSError:
         raise TerrainError(f"{name}: is not a store: make one with terrain-gl build") from None
-    about = attributes.get(_KEY) if isinstance(attributes, dict) else None
-    if about is None:
+    try:
+        about = json.loads(data)["attributes"].get(_KEY)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise TerrainError(f"{name}: its zarr.json is damaged, or of no store: {mending(name)}") from None
+    if not isinstance(about, dict):
         raise TerrainError(f"{name}: is not a finished store: build it with terrain-gl build MAP -o {name}")
     if about.get("format") != VERSION:
-        raise TerrainError(f"{name}: is a store of format {about.get('format')}, not {VERSION}: build it again")
-    return dict(about)
+        told = f"is a store of format {about.get('format')}, not {VERSION}"
+        raise TerrainError(f"{name}: {told}: make it anew with terrain-gl build MAP -o {name} --mend")
+    if _sealed(data.replace(str(about.get(_SEAL)).encode(), _UNSEALED.encode())) != data:
+        raise TerrainError(f"{name}: its zarr.json is damaged: {mending(name)}")
+    return about
+
+
+def _sealed(data: bytes) -> bytes:
+    """A description with its own hash: the hash of its bytes with zeros in place of the hash."""
+    return data.replace(_UNSEALED.encode(), hashlib.sha256(data).hexdigest().encode(), 1)
+
+
+def mending(path: str | os.PathLike[str]) -> str:
+    """What to do with a damaged store."""
+    return f"mend it with terrain-gl build MAP -o {os.fspath(path)} --mend"
 
 
 def _short(error: Exception) -> str:

@@ -15,6 +15,7 @@ from .pyramid import StoreSizes
 from .tiles import checksums
 
 WORK = ".build"  # folder of a build that is not finished
+BUILT = ".built"  # its name while it is removed
 
 
 class Task(NamedTuple):
@@ -31,6 +32,15 @@ class Task(NamedTuple):
         return self.row, self.col
 
 
+class Shard(NamedTuple):
+    """One shard of an array: its field and level, row and column."""
+
+    name: str
+    level: int
+    row: int
+    col: int
+
+
 @dataclass(frozen=True)
 class BuildJob:
     """Data that all tasks of a build share."""
@@ -45,6 +55,7 @@ class BuildJob:
     range_m: tuple[float, float] | None = None  # lowest and highest height; None until all heights are read
     voids: int | None = None  # number of voids; None until all heights are read
     has_water: bool = False  # whether water was found in the map's heights
+    whole: frozenset[Shard] = frozenset()  # shards of a store that is mended; they are not written again
 
     @property
     def is_marked(self) -> bool:
@@ -58,7 +69,9 @@ class BuildJob:
 
     def write(self, name: str, level: int, where: Area, values: np.ndarray) -> dict[str, Any]:
         """Write whole shards; returns the checksums of their tiles, with field, level, first row and column."""
-        self.arrays.write(name, level, where, values)
+        side = self.pyramid.shard_of(name, level)
+        if Shard(name, level, where[0].start // side, where[1].start // side) not in self.whole:
+            self.arrays.write(name, level, where, values)
         noted = checksums(values, self.pyramid.tile).tolist()
         return {"checks": [[name, level, where[0].start, where[1].start, noted]]}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..pages.map import Page, PagedHeights, PagedMap, PageKey
-from .format import Arrays, georeference_of, pyramid_of, read_about
+from .format import Arrays, georeference_of, mending, pyramid_of, read_about
 from .pyramid import area
 from .tiles import Checks, Tiles
 
@@ -27,7 +27,7 @@ class StoredMap(PagedMap):
         self.sea_m = about["sea_m"]
         checks = Checks(self.arrays.pyramid, self.is_marked, self.arrays.read_checks())
         if checks.sha256 != about["checks_sha256"]:
-            raise TerrainError(f"{os.fspath(path)}: its list of checksums is damaged: build it again")
+            raise TerrainError(f"{os.fspath(path)}: its list of checksums is damaged: {mending(path)}")
         self.tiles = Tiles(self.arrays, checks, self._most_bytes)
         self.name = os.fspath(path)
         self.tile = self.arrays.pyramid.tile

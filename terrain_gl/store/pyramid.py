@@ -44,9 +44,9 @@ class StoreSizes(NamedTuple):
         """Rows and columns of a level's nodes."""
         return nodes_along(self.rows, level), nodes_along(self.cols, level)
 
-    def node_shard(self, level: int) -> int:
-        """Nodes along a side of a shard of error records."""
-        return self.shard >> level if level <= self.fine else self.shard
+    def shard_of(self, name: str, level: int) -> int:
+        """Entries along a side of a shard of an array: for records of fine levels, those that one task measures."""
+        return self.shard >> level if name in ("errors", "ranges") and level <= self.fine else self.shard
 
 
 def areas(shape: tuple[int, int], side: int) -> Iterator[tuple[int, int]]:

@@ -13,7 +13,7 @@ from collections import OrderedDict
 import numpy as np
 
 from ..basics.rect import Area, tiles_over
-from .format import FIELDS, Arrays, MissingTileError, fields_of, shape_of
+from .format import FIELDS, Arrays, fields_of, shape_of
 from .pyramid import StoreSizes, area
 
 At = tuple[str, int, int, int]  # field, level, row and column of a tile
@@ -107,5 +107,5 @@ class Tiles:
         if tile.shape[-2:] != tuple(s.stop - s.start for s in where) or not np.array_equal(
             checksums(tile, side), noted
         ):
-            raise MissingTileError(self._arrays.called(name, level, where) + ": is not the tile that was built")
+            raise self._arrays.missing(name, level, where, "is not the tile that was built")
         return tile
