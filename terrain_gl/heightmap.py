@@ -142,8 +142,9 @@ class Heightmap:
             −32768 marks them in .hgt files, and in other signed 16-bit files without a no-data value. By default, some
             values that programs write for voids, such as −9999, also mark voids if they are far from all other heights;
             a note says so. With NaN, only the file's own value marks voids.
-        encoding : {"plain", "terrarium", "mapbox"}
-            How pixels store heights: in one channel, or packed in the three channels of an 8-bit colour image.
+        encoding : {"plain", "terrarium", "mapbox", "gsi", "custom:R,G,B,OFFSET"}
+            How pixels store heights: in one channel, or packed in the three channels of an 8-bit colour image; with
+            "custom:1,0.5,0.25,-100", a height is red + green / 2 + blue / 4 − 100 metres.
         progress : function, optional
             Called with the progress, 0 to 1; an exception that it raises ends the reading.
         trusted : bool
@@ -211,7 +212,7 @@ class Heightmap:
             marks, words = undeclared_voids(heights, scales)
             heights = without(heights, marks)
             notes = notes + words
-        if reading.may_guess:
+        if not reading.is_told:
 
             def whole(rows: slice, cols: slice) -> np.ndarray:
                 return heights[rows, cols]
@@ -222,7 +223,10 @@ class Heightmap:
             if guessed.scale != 1:  # the product is rounded to float32 once
                 np.multiply(heights, guessed.scale, out=heights, dtype=np.float64, casting="same_kind")
             scales = (scales[0] * guessed.scale, scales[1])
-            notes = notes + (guessed.notes or contradictions(whole, heights.shape, spacing, scales[0], raster))
+            notes = notes + (
+                guessed.notes
+                or contradictions(whole, heights.shape, spacing, None if reading.is_packed else scales[0], raster)
+            )
         heightmap = cls(heights, spacing, raster.name)
         heightmap.values = raster.meaning.words
         heightmap.assumes_spacing = known_m is None

@@ -43,7 +43,7 @@ WRONG = [
     ("--z-scale 0", "other than 0"),
     ("--z-scale nan", "a number"),
     ("--sun 10,95", "from -90 to 90"),
-    ("--encoding jpeg", "invalid choice"),
+    ("--encoding jpeg", "encoding must be one of plain, terrarium"),
     ("--method best", "invalid choice"),
     ("--metric median", "invalid choice"),
     ("--style oil", "invalid choice"),

@@ -67,7 +67,8 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--z-offset", type=values.number, metavar="M", help="height of value 0 in metres")
     what = "value that marks a void; none: only the value in the file does"
     group.add_argument("--nodata", type=values.nodata, metavar="V", help=what)
-    group.add_argument("--encoding", choices=ENCODINGS, default="plain", help="how pixels hold heights")
+    what = f"how pixels hold heights: {', '.join(ENCODINGS)}"
+    group.add_argument("--encoding", metavar="NAME", default="plain", help=what)
     group.add_argument("--band", type=values.band, metavar="N", help="the band that holds the heights, or its name")
     what = "MAP is bare posts, row after row (.raw and .r16 of a square need no size)"
     group.add_argument("--raw", type=values.size, metavar="WxH", help=what)

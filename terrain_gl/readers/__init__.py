@@ -19,6 +19,7 @@ from terrain_gl.readers.arrays import RAW_ENDINGS, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
 from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
+from terrain_gl.readers.tiles import placed_by_name
 from terrain_gl.readers.values import AS_STORED, Reading
 from terrain_gl.readers.vrt import VRT, sources_of
 
@@ -108,7 +109,8 @@ def _opened(path: str, name: str, head: bytes, reading: Reading) -> Raster:
         case "image":
             raster = open_oiio(path, name)
         case _:
-            return open_gdal(path, name, reading.trusted, reading.band)
+            return placed_by_name(open_gdal(path, name, reading.trusted, reading.band), path, reading.is_packed)
+    raster = placed_by_name(raster, path, reading.is_packed)
     return raster if reading.band is None else one_band(raster, reading.band)
 
 

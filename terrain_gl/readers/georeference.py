@@ -13,7 +13,7 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.geodesy import WGS84, ground_steps, metres_per_degree
-from terrain_gl.readers.raster import Raster, Spacing, gdal_failures, north_up
+from terrain_gl.readers.raster import Raster, Spacing, gdal_failures, has_rasterio, north_up
 
 LEAST_STEP = 1e-9  # least distance between posts that is accepted, in any unit
 LARGEST_STEP = 1e6  # and the largest
@@ -126,6 +126,15 @@ def _spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[s
     if grid.b or grid.d or grid.a < 0:
         raise TerrainError(f"{name}: is not stored north up: turn it first with gdalwarp {name} north-up.tif")
     return _metres(place, steps)
+
+
+def spacing_in_the_middle(place: Georeference, name: str) -> Spacing | None:
+    """The spacing of a map whose coordinate system is kept as text; None if this is not known."""
+    if place.crs is None or not has_rasterio():
+        return None
+    import rasterio
+
+    return _spacing_of(place._replace(crs=rasterio.crs.CRS.from_user_input(place.crs)), name)[0]
 
 
 def _metres(place: Georeference, steps: Spacing) -> tuple[Spacing, tuple[str, ...]]:

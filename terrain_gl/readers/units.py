@@ -103,11 +103,16 @@ def _in_feet(crs: Any) -> float | None:
 
 
 def contradictions(
-    read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int], spacing_m: Spacing, scale: float, raster: Raster
+    read: Callable[[slice, slice], np.ndarray],
+    shape: tuple[int, int],
+    spacing_m: Spacing,
+    scale: float | None,
+    raster: Raster,
 ) -> tuple[str, ...]:
     """Notes if the heights of a map with a place on the Earth cannot be metres up.
 
-    Only `_WINDOWS`² windows are read, by a function of rows and columns. `scale` is metres per unit of value.
+    Only `_WINDOWS`² windows are read, by a function of rows and columns. `scale` is metres per unit of value; None
+    for heights that are packed in colours.
     """
     meaning = raster.meaning
     is_asked = any("--z-scale" in note for note in meaning.notes)
@@ -127,9 +132,13 @@ def contradictions(
     if is_outside or slope > most:
         no_land = f"no land on the Earth has heights {low:g} to {high:g} m"
         steep = f"a tenth of the land would be steeper than {math.degrees(math.atan(slope)):.0f} degrees"
+        if scale is None:
+            return (f"{no_land if is_outside else steep}: give another --encoding",)
         fits = [m for m in _ASKED if slope * m <= most and EARTH_M[0] <= low * m and high * m <= EARTH_M[1]]
         choices = " or ".join(f"--z-scale {scale * m:g} for {_NAMES[m]}" for m in fits[:3])
         notes = (f"{no_land if is_outside else steep}: give {choices or '--z-scale'}",)
+    if scale is None:
+        return ()
     if meaning.may_be_depth and middle > 0:
         notes += (f"its values are named depths, and count as {low:g} to {high:g} m up: give --z-scale {-scale:g}",)
     if meaning.metres < 0 < middle:
@@ -150,4 +159,6 @@ def _steep_slope(windows: Sequence[np.ndarray], spacing_m: Spacing) -> float:
 def _is_of_earth(crs: str | None) -> bool:
     """Whether a coordinate system is on the ground of the Earth, by its ellipsoid."""
     found = re.search(r'^(?!GEOCCS|GEODCRS).*?(?:SPHEROID|ELLIPSOID)\["[^"]*",([\d.]+)', crs or "", re.DOTALL)
-    return crs == "EPSG:4326" or (found is not None and _SEMI_MAJOR_M[0] < float(found[1]) < _SEMI_MAJOR_M[1])
+    return (crs or "").startswith("EPSG:") or (
+        found is not None and _SEMI_MAJOR_M[0] < float(found[1]) < _SEMI_MAJOR_M[1]
+    )

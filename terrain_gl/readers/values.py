@@ -6,6 +6,7 @@ import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +15,37 @@ from terrain_gl.readers.arrays import ORDERS, SRTM_VOID
 from terrain_gl.readers.raster import Band, Raster, Spacing, listed
 
 _LOSSY = 2  # grey levels by which the colours of a grey may differ after lossy compression
-# Heights that are packed as the 24-bit number RRGGBB: metres = number / divisor + offset.
-_PACKED = {"terrarium": (256, -32768), "mapbox": (10, -10000)}  # Mapzen terrain tiles; Mapbox Terrain-RGB
-ENCODINGS = ("plain", *_PACKED)
+
+
+class Packing(NamedTuple):
+    """Heights in the channels red, green and blue of 8 bits: metres = weights · (R, G, B) / divisor + offset."""
+
+    divisor: float = 1.0
+    offset_m: float = 0.0
+    weights: tuple[float, float, float] = (65536.0, 256.0, 1.0)
+    is_signed: bool = False  # whether red is a signed number
+    void: tuple[int, int, int] | None = None  # the colour of posts without a height
+
+
+_PACKED = {
+    "terrarium": Packing(256, -32768),  # Mapzen
+    "mapbox": Packing(10, -10000),  # Terrain-RGB
+    "gsi": Packing(100, is_signed=True, void=(128, 0, 0)),  # of Japan
+}
+ENCODINGS = ("plain", *_PACKED, "custom:R,G,B,OFFSET")
+
+
+def packing_of(encoding: str) -> Packing | None:
+    """The packing with this name, or custom:R,G,B,OFFSET with four numbers; None for "plain"."""
+    if encoding == "plain" or encoding in _PACKED:
+        return _PACKED.get(encoding)
+    try:
+        red, green, blue, offset_m = map(float, encoding.removeprefix("custom:").split(","))
+    except ValueError:
+        raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {encoding!r}") from None
+    if not all(map(math.isfinite, (red, green, blue, offset_m))):
+        raise UsageError(f"encoding: expected four finite numbers, got {encoding!r}")
+    return Packing(1.0, offset_m, (red, green, blue))
 
 
 @dataclass(frozen=True)
@@ -37,8 +66,7 @@ class Reading:
             raise UsageError(f"z-scale must be a finite number other than 0, got {self.z_scale}")
         if self.z_offset_m is not None and not math.isfinite(self.z_offset_m):
             raise UsageError(f"z-offset must be a finite number of metres, got {self.z_offset_m}")
-        if self.encoding not in ENCODINGS:
-            raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {self.encoding!r}")
+        packing_of(self.encoding)  # raises an error for a wrong one
         if isinstance(self.band, int) and self.band < 1:
             raise UsageError(f"bands are counted from 1, got {self.band}")
         if self.byte_order is not None and self.byte_order not in ORDERS:
@@ -50,9 +78,9 @@ class Reading:
         return self.z_scale is not None or self.z_offset_m is not None
 
     @property
-    def may_guess(self) -> bool:
-        """Whether scale and spacing may be guessed if the file has none."""
-        return not self.is_told and self.encoding == "plain"
+    def is_packed(self) -> bool:
+        """Whether heights are packed in colours."""
+        return self.encoding != "plain"
 
     def unanswered(self, notes: tuple[str, ...], spacing_m: float | Spacing | None) -> tuple[str, ...]:
         """Notes without those that ask for a spacing or a scale that the caller has given."""
@@ -87,8 +115,8 @@ def read_heights(
 
 def heights_of(pixels: np.ndarray, raster: Raster, reading: Reading = AS_STORED) -> np.ndarray:
     """Metres of a block of pixels, (rows, cols, channels), NaN where void."""
-    packed = reading.encoding in _PACKED
-    values = _unpacked(pixels, raster, *_PACKED[reading.encoding]) if packed else _grey(pixels, raster)
+    packing = packing_of(reading.encoding)
+    values = _unpacked(pixels, raster, packing) if packing else _grey(pixels, raster)
     z_scale, z_offset_m = reading.scales(raster)
     with np.errstate(all="ignore"):  # rounded to float32 once, which keeps centimetres at 8848 m
         heights = (values * z_scale + z_offset_m).astype(np.float32)
@@ -131,17 +159,21 @@ def _grey(pixels: np.ndarray, raster: Raster) -> np.ndarray:
         is_grey = np.array_equal(others, first, equal_nan=raster.dtype.kind == "f")
     if not is_grey:
         may_be_packed = raster.colours == 3 and raster.dtype == np.uint8
-        packed = "if they pack heights, give --encoding terrarium or mapbox; else " if may_be_packed else ""
+        packed = "if they pack heights, give --encoding (terrarium, mapbox, gsi); else " if may_be_packed else ""
         names = raster.bands or ("",) * raster.colours
         raise TerrainError(f"{raster.name}: {listed(names)}: {packed}say which holds the heights, as with --band 1")
     return pixels[..., 0].astype(np.float64)
 
 
-def _unpacked(pixels: np.ndarray, raster: Raster, divisor: float, offset: float) -> np.ndarray:
-    """Heights from the channels red, green and blue."""
+def _unpacked(pixels: np.ndarray, raster: Raster, packing: Packing) -> np.ndarray:
+    """Heights from the channels red, green and blue; NaN for posts of the colour of voids."""
     if raster.colours != 3 or raster.dtype != np.uint8:
-        raise TerrainError(
-            f"{raster.name}: has {raster.colours} channels of {raster.dtype}: the encodings terrarium and mapbox are "
-            "8-bit RGB, drop --encoding"
-        )
-    return pixels[..., :3].astype(np.float64) @ [65536.0, 256.0, 1.0] / divisor + offset
+        has = f"has {raster.colours} channels of {raster.dtype}"
+        raise TerrainError(f"{raster.name}: {has}: only 8-bit RGB packs heights, drop --encoding")
+    colours = pixels[..., :3].astype(np.float64)
+    if packing.is_signed:
+        colours[..., 0] -= 256.0 * (colours[..., 0] >= 128)
+    heights = colours @ np.array(packing.weights) / packing.divisor + packing.offset_m
+    if packing.void:
+        heights[(pixels[..., :3] == packing.void).all(-1)] = np.nan
+    return heights

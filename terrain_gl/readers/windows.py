@@ -18,7 +18,7 @@ from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import Reading, has_windows, open_raster, state_of
 from terrain_gl.readers.bands import bands_of
 from terrain_gl.readers.gdal import closed_environment, open_layer, place_of, read_pixels
-from terrain_gl.readers.georeference import EVEN, Georeference, Placed
+from terrain_gl.readers.georeference import EVEN, Georeference, Placed, spacing_in_the_middle
 from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.place import Place, check_crs
 from terrain_gl.readers.plausible import guess, sample_of
@@ -55,8 +55,8 @@ class WindowedRaster:
 
     def compare_with_the_earth(self, reading: Reading = AS_STORED) -> None:
         """Add notes if the heights of some windows contradict what we take them for."""
-        if reading.may_guess:
-            scale = reading.scales(self._raster)[0]
+        if not reading.is_told:
+            scale = None if reading.is_packed else reading.scales(self._raster)[0]
             found = contradictions(self.read, self.shape, both(self.spacing_m or 1.0), scale, self._raster)
             self.notes = self.notes + found
 
@@ -162,7 +162,7 @@ class RasterFile(WindowedRaster):
 
     def guess(self, spacing_m: float | Spacing | None = None) -> None:
         """Guess a scale if the values cannot be metres, and a spacing if none is known; add notes on both."""
-        if not self.reading.may_guess:
+        if self.reading.is_told:
             return
         known_m = self.spacing_m if spacing_m is None else both(spacing_m)
         found = guess(self._raster, partial(sample_of, self.read, self.shape, self._strip), known_m)
@@ -249,7 +249,7 @@ class Mosaic(WindowedRaster):
         grid = grid._replace(c=grid.c + left * grid.a, f=grid.f + top * grid.e)
         self.georeference = Georeference(grid, first.georeference.crs, (self.shape[1], self.shape[0]))
         self.name = f"{files[0].name} and {len(files) - 1} more"
-        self.spacing_m = first.spacing_m
+        self.spacing_m = spacing_in_the_middle(self.georeference, self.name) or first.spacing_m
         self.assumes_spacing = False
         self.is_told = first.is_told
         self.values = first.values

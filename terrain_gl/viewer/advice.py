@@ -17,7 +17,7 @@ OF_FILES = {  # arguments of `Heightmap.open`, by flag
 }
 _NAMES = OF_FILES | {flag.name: name for name, option in OPTIONS.items() for flag in option.flags}
 _SPECIAL = {"--trust": "trusted=True", "--raw WxH": "raw=(W, H)", "--nodata none": "nodata=nan"}
-_WORDS: dict[str, tuple[str, ...]] = {"--encoding": ("terrarium", "mapbox"), "--byte-order": ("little", "big")}
+_WORDS: dict[str, tuple[str, ...]] = {"--encoding": ("terrarium", "mapbox", "gsi"), "--byte-order": ("little", "big")}
 _WORDS |= {flag.name: option.choices for option in OPTIONS.values() for flag in option.flags if option.choices}
 _FLAG = re.compile(r"(--[a-z][a-z-]*)(?:[ =]([-+\w.]*\w))?")
 
