@@ -119,7 +119,7 @@ class Viewer:
         """Show a map from now on; the viewer releases its renderer."""
         scene = self.scene
         is_preview = renderer.heightmap is not opened.heightmap or bool(opened.offer or opened.rest)
-        replaces_preview = scene.has_map and scene.awaits_map
+        replaces_preview = scene.has_map and scene.awaits_map and opened.key == scene.opened.key
         never_wait(renderer)
         self._remember_map()
         self.painter.interrupt()

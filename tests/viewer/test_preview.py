@@ -102,3 +102,19 @@ def test_a_preview_has_no_colours_of_errors(preview, style):
     set_budget(preview.viewer, swift())
     settle(preview)
     assert preview.viewer.scene.frame_spec().sides[0].style == style
+
+
+def test_another_map_that_arrives_during_a_preview_has_its_own_view(preview):
+    """It is not the map whose sample is shown: the camera of the sample may be under its ground, or far away."""
+    viewer = preview.viewer
+    other = Heightmap(large_map().heights[:300, :200] + 5000, 3.0, "other")
+    opened = Opened(other, Camera.default(other), key="other")
+    of_sample = viewer.scene.controller.pose
+    viewer.loader.load("other", lambda progress: opened)
+    set_budget(viewer, swift())
+    settle(preview)
+    controller = viewer.scene.controller
+    assert viewer.scene.heightmap is other and controller.pose != of_sample
+    np.testing.assert_allclose(controller.eye, viewer.scene.beside_panel(opened.camera).eye, rtol=1e-12)
+    viewer._remember_map()
+    np.testing.assert_allclose(viewer.memory.last_pose("other").eye, controller.eye, atol=0.01)
