@@ -20,6 +20,7 @@ from .basics.rect import Rect
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
 from .gpu.layout import FINE_LEVELS, Level
+from .gpu.passes import Resources
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
@@ -167,10 +168,14 @@ class ErrorTables:
         whole = np.pad(counts, ((int(y0 == 0), 0), (1, 0)))
         return whole[:, x0 : x1 + 1]
 
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of the tables."""
+        return {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
+
     def bind(self) -> None:
         """Bind the tables for shaders that read bounds (glsl/lod/quadtree/patch_bound.glsl)."""
-        tables = {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
-        bind("lod/quadtree/patch_bound.glsl", **tables)
+        bind("lod/quadtree/patch_bound.glsl", **self.resources)
 
     def release_tables(self) -> None:
         """Release the tables but not the shaders, which other tables use."""

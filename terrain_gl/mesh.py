@@ -9,11 +9,10 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-import moderngl
 import numpy as np
 
 from .basics.exceptions import TerrainError
-from .gpu import gl, shaders
+from .gpu.passes import NOTHING_MORE, DrawPass, Feed, Resources, State, Uniforms
 from .lod import Selection
 from .lod.surface import Surface
 from .terrain import Terrain
@@ -23,7 +22,7 @@ _VERTEX = np.dtype([("col", "f4"), ("row", "f4"), ("height_m", "f4")])
 
 
 class MeshDraw:
-    """A program over a surface's triangles, and the vertex array that feeds it.
+    """A pass over a surface's triangles.
 
     Parameters
     ----------
@@ -36,7 +35,7 @@ class MeshDraw:
     defines
         Further macros.
     stages
-        Further stages of the program, as `shaders.program` takes them.
+        Further stages of the program, as `gpu.passes.DrawPass` takes them.
     """
 
     def __init__(
@@ -49,55 +48,44 @@ class MeshDraw:
     ) -> None:
         self.ctx = surface.ctx
         self.surface = surface
-        made_of: dict[str, Any] = {**surface.stages, **stages, "defines": {"TO": to, **surface.defines, **defines}}
-        self.program = shaders.program(self.ctx, **made_of, varyings=varyings)
-        self._vao: moderngl.VertexArray | None = None
-        self._fed: list[Any] = []
+        made_of = {"TO": to, **surface.terrain.defines, **surface.defines, **defines}
+        self._pass = DrawPass(self.ctx, {**surface.stages, **stages}, made_of, varyings)
 
     @property
-    def vao(self) -> moderngl.VertexArray:
-        """The vertex array over the surface's current buffers."""
-        fed = [self.surface.indices, *(each[0] for each in self.surface.feed)]
-        if self._vao is None or any(new is not old for new, old in zip(fed, self._fed, strict=True)):
-            if self._vao:
-                self._vao.release()
-            self._vao = self.ctx.vertex_array(self.program, list(self.surface.feed), index_buffer=fed[0])
-            self._fed = fed
-        return self._vao
+    def _feed(self) -> Feed:
+        return Feed(self.surface.feed, self.surface.indices, mode=self.surface.mode)
 
-    def draw(self, selection: Selection, part: slice = slice(None)) -> None:
-        """Draw a selection, or a part of its commands, into the current framebuffer."""
-        self._bind()
-        first, end, _ = part.indices(selection.draws)
-        if first < end:  # the whole map may be outside the picture
-            self.vao.render_indirect(self.surface.draws, self.surface.mode, count=end - first, first=first)
+    def draw(
+        self,
+        selection: Selection,
+        state: State,
+        resources: Resources = NOTHING_MORE,
+        uniforms: Uniforms = NOTHING_MORE,
+        part: slice = slice(None),
+    ) -> None:
+        """Draw a selection, or a part of its commands; `resources` are those that the further stages read."""
+        commands = range(selection.draws)[part]  # the whole map may be outside the picture
+        read = {**self.surface.resources, **resources}
+        self._pass.draw_indirect(state, read, uniforms, self._feed, self.surface.draws, commands)
 
     def capture(self, selection: Selection, vertex_bytes: int) -> bytes:
         """The triangles that the GPU makes, as bytes: three vertices each."""
         if not selection.draws:
             return b""
-        self._bind()
         size = max(1, selection.most_triangles) * 3 * vertex_bytes
         if size > MOST_CAPTURED:
             raise TerrainError(f"{selection.triangles:,} triangles are too many to be captured: allow a larger error")
         out = self.ctx.buffer(reserve=size)
-        surface = self.surface
-        draws = surface.draws, selection.draws, surface.mode, surface.indices is not None
+        drawn = self._feed, self.surface.draws, selection.draws
         try:
-            triangles = gl.capture(self.ctx, self.program, self.vao, out, *draws)
+            triangles = self._pass.capture(out, self.surface.resources, NOTHING_MORE, *drawn)
             return out.read(triangles * 3 * vertex_bytes)
         finally:
             out.release()
 
     def release(self) -> None:
         """Release GPU resources."""
-        if self._vao:
-            self._vao.release()
-        self.program.release()
-
-    def _bind(self) -> None:
-        self.ctx.patch_vertices = 1
-        self.surface.bind()
+        self._pass.release()
 
 
 class MeshDraws:

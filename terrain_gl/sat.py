@@ -9,13 +9,14 @@ Differences of wrapped sums are exact: any box whose own sum is below 2^bits com
 Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `reference.box_sum`.
 """
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
 
 from .basics.steps import Steps
-from .gpu import gl, shaders
+from .gpu import gl
+from .gpu.passes import ComputePass, Resources, Uniforms
 
 STRIP = 64  # words that one thread of a GPU adds up
 WHOLE = 2**15  # longer than any line of a map
@@ -24,8 +25,6 @@ LOOPS = 2**16 - 2  # iterations of a thread; llvmpipe silently ends a loop after
 BANDS = 8  # groups of threads that share the columns on a software renderer
 SIDE = 8  # threads of such a group, and rows that it sums at a time: THREADS of glsl/sat/columns.comp
 GROUP = 64  # threads of a work group, as in glsl/sat
-Blocks: TypeAlias = dict[str, moderngl.Buffer]
-Uniforms: TypeAlias = dict[str, Any]
 _WORD_DTYPES = {8: "<u1", 32: "<u4", 64: "<u8"}
 
 
@@ -63,7 +62,7 @@ class SummedAreaTables:
         self.strip = strip or (WHOLE if gl.wants_few_groups(ctx) else STRIP)
         self.word_bytes = max(bits, 32) // 8
         self._has_whole_lines = self.strip == WHOLE and (bits < 64 or INT64 in ctx.extensions)
-        self._kernels: dict[str, Any] = {}
+        self._kernels: dict[str, ComputePass] = {}
 
     def build(self, buffer: moderngl.Buffer, table: Table) -> None:
         """Turn the values in `buffer` into their table, in place: prefix sums along rows, then along columns."""
@@ -71,7 +70,7 @@ class SummedAreaTables:
         width, height = table[:2]
         if self._has_whole_lines:
             rows = {"first": table.first, "lines": height, "length": width, "line_step": width, "word_step": 1}
-            self._run("propagate WHOLE_LINES", {"Words": buffer}, (height, 1, table.layers), GROUP, rows)
+            self._run("propagate WHOLE_LINES", _words(buffer), (height, 1, table.layers), GROUP, rows)
             self._sum_columns(buffer, table)
             return
         self._sum_lines(buffer, table, lines=height, length=width, line_step=width, word_step=1)
@@ -160,19 +159,16 @@ class SummedAreaTables:
         for row in range(1, height, rows):
             lines |= {"band": band, "row": row, "end": min(row + rows, height)}
             name = "columns WHOLE_LINES FOURS" if words == 4 else "columns WHOLE_LINES"
-            self._run(name, {"Words": buffer}, (width, 1, table.layers), band, lines)
+            self._run(name, _words(buffer), (width, 1, table.layers), band, lines)
 
-    def _run(self, name: str, blocks: Blocks, threads: tuple[int, int, int], group: int, uniforms: Uniforms) -> None:
-        """Run one kernel over `threads`; blocks and uniforms that the kernel does not declare are left out."""
-        kernel = self._kernel(name)
-        for block, buffer in blocks.items():
-            if gl.has(kernel, block):
-                buffer.bind_to_storage_buffer(kernel[block].binding)
-        gl.write_uniforms(kernel, **uniforms)
-        kernel.run(-(-threads[0] // group), *threads[1:])
+    def _run(
+        self, name: str, resources: Resources, threads: tuple[int, int, int], group: int, uniforms: Uniforms
+    ) -> None:
+        """Run one kernel over `threads`."""
+        self._kernel(name).run((-(-threads[0] // group), *threads[1:]), resources, uniforms)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
-    def _kernel(self, name: str) -> Any:
+    def _kernel(self, name: str) -> ComputePass:
         """Return the kernel `name`, compiled at its first use.
 
         `name` is a file of glsl/sat without its ending, then the macros that the kernel is compiled with.
@@ -180,9 +176,14 @@ class SummedAreaTables:
         if name not in self._kernels:
             file, *macros = name.split()
             defines = {"BITS": self.bits, "STRIP": self.strip, **dict.fromkeys(macros, 1)}
-            self._kernels[name] = shaders.compute(self.ctx, f"sat/{file}.comp", defines)
+            self._kernels[name] = ComputePass(self.ctx, f"sat/{file}.comp", defines)
         return self._kernels[name]
 
     def _check(self, buffer: moderngl.Buffer, table: Table) -> None:
         if min(table[:3]) < 1 or (table.first + table.words) * self.word_bytes > buffer.size:
             raise ValueError(f"{table} of {self.bits}-bit words does not fit a buffer of {buffer.size} bytes")
+
+
+def _words(buffer: moderngl.Buffer) -> Resources:
+    """The words one by one and four by four: glsl/sat/lines.glsl."""
+    return {"Words": buffer, "Fours": buffer}

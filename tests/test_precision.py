@@ -1,7 +1,5 @@
 """The error of float32: gl_Position of every drawn vertex, compared with float64 and a derived bound."""
 
-from contextlib import nullcontext
-
 import moderngl
 import numpy as np
 import pytest
@@ -11,11 +9,12 @@ from rounding import CLIP_ROUNDINGS, rounding_px
 from terrain_gl import Renderer
 from terrain_gl.camera import Camera, clip_from_eye
 from terrain_gl.camera import view as camera_view
-from terrain_gl.gpu import gl
 from terrain_gl.gpu.gl import clip_control_zero_to_one, use_default_framebuffer
+from terrain_gl.gpu.passes import State
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import MeshDraws, vertex_heights
+from terrain_gl.shade import picture
 from terrain_gl.shade.picture import UNLIT
 from terrain_gl.verify.holes import count_holes
 
@@ -220,7 +219,8 @@ def test_slivers_across_the_rim_of_the_picture_lose_no_sample(ctx, monkeypatch, 
 def test_slivers_across_the_near_plane_lose_no_sample(ctx, monkeypatch, is_clamped):
     """The depth between their corners may be computed as less than 0, and is clamped."""
     if not is_clamped:
-        without(ctx, monkeypatch, gl, "depth_clamped", lambda ctx, least: nullcontext())
+        plain = {"least_depth": None, "clips": False}
+        without(ctx, monkeypatch, picture, "State", lambda *given, **more: State(*given, **{**more, **plain}))
     eye, target = (6737.229889827, 6.642529635, 0.136080563), (3070.834647935, 0.913289311, 291.211656712)
     view = Camera(eye, target, 9.707728083658697, (0.79611278, -2.67033928, -1.00287122)), 0.767597, "max"
     assert lost_samples(ctx, [4010, 1], view) == (0 if is_clamped else 1)

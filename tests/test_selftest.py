@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -42,20 +41,13 @@ def poisoned(monkeypatch):
     def poison(old, new):
         changed = []
 
-        def compute(ctx, path, defines=None):
-            text = shaders.source(path, defines or {})
-            changed.extend([path] if old in text else [])
-            return ctx.compute_shader(text.replace(old, new))
+        text = shaders._text
 
-        def program(ctx, varyings, defines, **paths):
-            texts = {f"{stage}_shader": shaders.source(path, defines) for stage, path in paths.items()}
-            changed.extend(path for stage, path in paths.items() if old in texts[f"{stage}_shader"])
-            return ctx.program(
-                **{stage: text.replace(old, new) for stage, text in texts.items()}, varyings=tuple(varyings)
-            )
+        def changed_text(lines):
+            changed.extend([old] if old in text(lines) else [])
+            return text(lines).replace(old, new)
 
-        monkeypatch.setattr(selftest, "shaders", SimpleNamespace(compute=compute))
-        monkeypatch.setattr(pattern, "shaders", SimpleNamespace(program=program))
+        monkeypatch.setattr(shaders, "_text", changed_text)
         return changed
 
     return poison

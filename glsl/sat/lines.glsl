@@ -26,8 +26,9 @@ layout(local_size_x = THREADS) in;
 layout(std430, binding = 0) buffer Words { WORD word[]; };
 #ifdef WHOLE_LINES
 layout(std430, binding = 0) buffer Fours { FOUR four[]; };  // the same words
-#endif
+#else
 layout(std430, binding = 1) buffer StripSums { WORD strip_sum[]; };
+#endif
 
 uniform uint u_first;      // word of the buffer where the table begins
 uniform uint u_lines;      // lines in a layer

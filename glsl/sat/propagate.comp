@@ -9,7 +9,11 @@ void main() {
     uint line = gl_GlobalInvocationID.x, strip = gl_GlobalInvocationID.y, layer = gl_GlobalInvocationID.z;
     if (line >= u_lines) return;
 
+#ifdef WHOLE_LINES
+    WORD sum = WORD(0);
+#else
     WORD sum = strip == 0u ? WORD(0) : strip_sum[strip_index(line, strip, layer)];
+#endif
     uint end = min((strip + 1u) * STRIP, u_length);
     uint at = word_index(line, strip * STRIP, layer);
     for (uint i = strip * STRIP; i < end; i++, at += u_word_step) {

@@ -2,11 +2,12 @@
 //   Depth and ray give the place on the map that the sample sees.
 //   depth d = near / z, and 0 for the sky         z: metres along the view
 //   place  = eye + z (forward + x right + y up)    x, y: where the sample is in the picture
-// Provides SAMPLES, SAMPLE_AT, FRAG_COORD, find_hidden(), post_of_sample(), is_sky(), view_ray().
+// Provides SAMPLES, FRAG_COORD, find_hidden(), post_of_sample(), is_sky(), view_ray().
 
 #include "blocks/view.glsl"
 #include "shade/edge.glsl"
 #include "shade/kind.glsl"
+#include "shade/sample_at.glsl"
 
 #ifndef SAMPLES
 #define SAMPLES 4
@@ -33,9 +34,6 @@ vec4 g_frag_coord;
 #else
 #define FRAG_COORD gl_FragCoord
 #endif
-
-// Offsets from the centre of a pixel to its four samples: the same on all GPUs.
-const vec2 SAMPLE_AT[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(-0.375, 0.125), vec2(0.125, 0.375));
 
 vec2 offset_of_sample(int i) { return SAMPLES == 4 ? SAMPLE_AT[i] : vec2(0.0); }
 

@@ -1,7 +1,7 @@
 // shade/surface.frag — the first pass of a picture if cells with voids are holes. It stores only depth.
 
 #include "shade/place.glsl"
-#include "shade/seen.glsl"
+#include "shade/sample_at.glsl"
 
 in vec2 v_post;
 flat in uvec4 v_of_patch;

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
+from ..gpu.passes import Resources
 from ..terrain import Terrain
 from .camera import Camera, clip_from_eye
 from .pieces import Piece
@@ -101,9 +102,14 @@ class ViewBlock:
         self.block.write(np.array(tuple(values[name] for name in _FIELDS), layout.VIEW))
         self._piece = piece
 
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of the view: glsl/blocks/view.glsl."""
+        return {"View": self.block}
+
     def bind(self) -> None:
         """Bind the view for all shaders."""
-        bind("blocks/view.glsl", View=self.block)
+        bind("blocks/view.glsl", **self.resources)
 
     def release(self) -> None:
         """Release GPU resources."""

@@ -22,6 +22,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..camera import Camera
 from ..gpu import gl
+from ..gpu.passes import Resources
 from ..lod import Goal, Selection
 from ..lod.patches import OfPatches
 from ..renderer.methods import Selectors, quadtree
@@ -50,9 +51,10 @@ class Bilinear:
         """The vertex buffer: each patch is one vertex."""
         return self.selector.feed
 
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
-        self.selector.bind()
+    @property
+    def resources(self) -> Resources:
+        """Everything that the stages read."""
+        return self.selector.resources
 
     @property
     def bytes(self) -> int:

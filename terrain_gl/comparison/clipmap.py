@@ -25,7 +25,7 @@ import numpy as np
 from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
 from ..gpu import gl, layout
-from ..gpu.bindings import bind
+from ..gpu.passes import Resources
 from ..heightmap import Heightmap
 from ..lod import Goal, Selection
 from ..renderer.methods import Selectors
@@ -196,11 +196,10 @@ class Clipmap(Baseline):
         """The vertex buffers: a block is an instance of one grid."""
         return [(self._blocks, "4i4 4i4 1i4 /i", "in_cells", "in_border", "in_level")]
 
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
-        self.pyramid.bind()
-        self.view.bind()
-        bind("comparison/clipmap/ring.vert", Clipmap=self._block)
+    @property
+    def resources(self) -> Resources:
+        """Everything that the stages read."""
+        return {**self.pyramid.resources, **self.view.resources, "Clipmap": self._block}
 
     def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the blocks in the picture."""

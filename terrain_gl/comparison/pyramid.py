@@ -13,8 +13,8 @@ import numpy as np
 
 from ..basics.boxes import over_blocks
 from ..basics.rect import Rect
-from ..gpu import gl, layout, shaders
-from ..gpu.bindings import bind
+from ..gpu import gl, layout
+from ..gpu.passes import ComputePass, Resources
 from ..terrain import Terrain
 
 # symmetric filter for linear interpolation (Cohen, Daubechies, Feauveau 1992): centre, first and second neighbours
@@ -32,7 +32,7 @@ class Pyramid:
         self.ctx = terrain.ctx
         self.terrain = terrain
         self.sizes = [(columns + 1, rows + 1) for (columns, rows), *_ in terrain.levels]
-        self._halve = shaders.compute(self.ctx, "comparison/clipmap/halve.comp")
+        self._halve = ComputePass(self.ctx, "comparison/clipmap/halve.comp")
         self._first = _places(self.sizes)
         width = max(x + size[0] for (x, _), size in zip(self._first[1:], self.sizes[1:], strict=True))
         height = max(y + size[1] for (_, y), size in zip(self._first[1:], self.sizes[1:], strict=True))
@@ -52,23 +52,20 @@ class Pyramid:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         self._ranges = []
         self._errors_m = np.zeros(0)
-        self.bind()
-        bind("comparison/clipmap/halve.comp", u_out=self._texture)
-        self._halve["u_weights"] = WEIGHTS
+        resources: Resources = {**self.resources, "u_out": self._texture}
         low, high = np.array(posts[:2]), np.array(posts[2:])
         for level, size in list(enumerate(self.sizes))[1:]:
             low, high = np.maximum(low - _TAPS, 0) // 2, np.minimum((high + _TAPS + 1) // 2 + 1, size)
-            self._halve["u_to"] = level
-            self._halve["u_first"] = tuple(low)
-            self._halve["u_end"] = tuple(high)
-            self._halve.run(-(-int(high[0] - low[0]) // 64), int(high[1] - low[1]))
+            uniforms = {"weights": WEIGHTS, "to": level, "first": tuple(low), "end": tuple(high)}
+            groups = -(-int(high[0] - low[0]) // 64), int(high[1] - low[1]), 1
+            self._halve.run(groups, resources, uniforms)
             self.ctx.memory_barrier(_BARRIER)
             high = high - 1
 
-    def bind(self) -> None:
-        """Bind terrain and pyramid for all shaders."""
-        self.terrain.bind()
-        bind("comparison/clipmap/pyramid.glsl", Pyramid=self._block, u_pyramid=self._texture)
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of terrain and pyramid: glsl/comparison/clipmap/pyramid.glsl."""
+        return {**self.terrain.resources, "Pyramid": self._block, "u_pyramid": self._texture}
 
     def read(self) -> list[np.ndarray]:
         """Heights of every level, (rows, cols) float32 metres above the terrain's base."""

@@ -22,8 +22,8 @@ import numpy as np
 
 from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
-from ..gpu import gl, shaders
-from ..gpu.bindings import bind
+from ..gpu import gl
+from ..gpu.passes import ComputePass, Resources
 from ..lod import Goal, Selection
 from ..renderer.methods import Selectors
 from .baselines import Baseline
@@ -114,7 +114,7 @@ class Tessellated(Baseline):
 
     def __init__(self, selectors: Selectors) -> None:
         super().__init__(selectors)
-        self._levels = shaders.compute(self.ctx, "comparison/tessellated/levels.comp")
+        self._levels = ComputePass(self.ctx, "comparison/tessellated/levels.comp")
         self._measures = self.ctx.buffer(reserve=MEASURES.itemsize)
         self._places = self.ctx.buffer(reserve=_PLACE.itemsize)
         self._cuts = self.ctx.buffer(reserve=16)
@@ -130,11 +130,10 @@ class Tessellated(Baseline):
         """The vertex buffer: each patch is one vertex."""
         return [(self._cuts, "4u4", "in_cut")]
 
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
-        self.pyramid.bind()
-        self.view.bind()
-        bind("comparison/tessellated/measures.glsl", Tessellated=self._measures)
+    @property
+    def resources(self) -> Resources:
+        """Everything that the stages read."""
+        return {**self.pyramid.resources, **self.view.resources, "Tessellated": self._measures}
 
     def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose and cut the patches in the picture."""
@@ -201,9 +200,14 @@ class Tessellated(Baseline):
         measures = np.array(((*offset_m, z_m), edges.edge_px / self.view.focal_px, middle, edges.parts, 0), MEASURES)
         self._measures.write(measures.tobytes())
         self._count.write(bytes(4))
-        self.bind()
-        bind("comparison/tessellated/levels.comp", Places=self._places, Cuts=self._cuts, Count=self._count)
-        self._levels["u_patches"] = patches
-        self._levels.run(max(1, -(-patches // 64)))
+        resources: Resources = {
+            **self.terrain.resources,
+            **self.view.resources,
+            "Tessellated": self._measures,
+            "Places": self._places,
+            "Cuts": self._cuts,
+            "Count": self._count,
+        }
+        self._levels.run((max(1, -(-patches // 64)), 1, 1), resources, {"patches": patches})
         self.ctx.memory_barrier(_BARRIER)
         return int(np.frombuffer(self._count.read(), "u4")[0])

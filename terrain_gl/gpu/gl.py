@@ -1,4 +1,4 @@
-"""The few OpenGL calls that moderngl does not wrap, such as depth range, limits, and capture of tessellated patches."""
+"""The few OpenGL calls that moderngl does not wrap, such as depth range, limits and counters."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import ctypes
 import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from ctypes import POINTER, byref, c_int, c_int64, c_uint, c_void_p
+from ctypes import POINTER, byref, c_float, c_int, c_int64, c_uint
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -14,21 +14,12 @@ import moderngl
 
 from ..basics.exceptions import TerrainError
 
-_TRIANGLES = 0x0004
-_UNSIGNED_INT = 0x1405
 _LOWER_LEFT = 0x8CA1
 _ZERO_TO_ONE = 0x935F
 _QUERY_RESULT = 0x8866
 _SAMPLES_PASSED = 0x8914
 _PRIMITIVES_GENERATED = 0x8C87
 _PRIMITIVES_WRITTEN = 0x8C88
-_RASTERIZER_DISCARD = 0x8C89
-_FEEDBACK_BUFFER = 0x8C8E
-_INDIRECT_BUFFER = 0x8F3F
-_FRAMEBUFFER = 0x8D40
-_FRAMEBUFFER_BINDING = 0x8CA6
-_DEFAULT_WIDTH = 0x9310
-_DEFAULT_HEIGHT = 0x9311
 _TEXTURE0 = 0x84C0
 _CLIP_DISTANCE0 = 0x3000
 _TEXTURE_BUFFER = 0x8C2A
@@ -219,90 +210,29 @@ class WordTexture:
         self._delete(1, byref(self._name))
 
 
-def capture(
-    ctx: moderngl.Context,
-    program: moderngl.Program,
-    vao: moderngl.VertexArray,
-    out: moderngl.Buffer,
-    draws: moderngl.Buffer,
-    count: int,
-    mode: int = moderngl.PATCHES,
-    indexed: bool = False,
-) -> int:
-    """Record the triangles that the GPU makes in `out`, by transform feedback.
-
-    Set uniforms, textures and `ctx.patch_vertices` before, as for a draw. The program's `varyings` are written for
-    three vertices a triangle.
-
-    Parameters
-    ----------
-    draws, count
-        Indirect commands of 20 bytes, and their number: (vertex count, instances, first vertex, first instance,
-        unused); or, if `indexed`, (index count, instances, first index, base vertex, first instance).
-    mode
-        `moderngl.PATCHES` or `moderngl.TRIANGLES`.
-    indexed
-        Whether `vao` has an index buffer.
-
-    Returns
-    -------
-    int
-        Number of triangles that were written.
-
-    Raises
-    ------
-    TerrainError
-        `out` was too small for all triangles.
-    """
-    function(ctx, "glUseProgram", None, c_uint)(program.glo)
-    function(ctx, "glBindVertexArray", None, c_uint)(vao.glo)
-    function(ctx, "glBindBufferBase", None, c_uint, c_uint, c_uint)(_FEEDBACK_BUFFER, 0, out.glo)
-    ctx.enable_direct(_RASTERIZER_DISCARD)
-    try:
-        with _nowhere(ctx), _counter(ctx, _PRIMITIVES_GENERATED) as made, _counter(ctx, _PRIMITIVES_WRITTEN) as written:
-            function(ctx, "glBeginTransformFeedback", None, c_uint)(_TRIANGLES)
-            _draw(ctx, draws, count, mode, indexed)
-            function(ctx, "glEndTransformFeedback", None)()
-    finally:
-        ctx.disable_direct(_RASTERIZER_DISCARD)
-        function(ctx, "glBindBufferBase", None, c_uint, c_uint, c_uint)(_FEEDBACK_BUFFER, 0, 0)
-    if written.value < made.value:
-        raise TerrainError(f"capture buffer too small: holds {written.value} of {made.value} triangles")
-    return written.value
+def floats(*values: float) -> Any:
+    """An array of floats, as OpenGL reads it."""
+    return (c_float * len(values))(*values)
 
 
-def _draw(ctx: moderngl.Context, draws: moderngl.Buffer, count: int, mode: int, indexed: bool) -> None:
-    """Draw without moderngl, which would call glUseProgram: an error while transform feedback is active."""
-    function(ctx, "glBindBuffer", None, c_uint, c_uint)(_INDIRECT_BUFFER, draws.glo)
-    if indexed:
-        elements = function(ctx, "glMultiDrawElementsIndirect", None, c_uint, c_uint, c_void_p, c_int, c_int)
-        elements(mode, _UNSIGNED_INT, 0, count, COMMAND_STRIDE)
-    else:
-        arrays = function(ctx, "glMultiDrawArraysIndirect", None, c_uint, c_void_p, c_int, c_int)
-        arrays(mode, 0, count, COMMAND_STRIDE)
-
-
-@contextmanager
-def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
-    """Bind a framebuffer without attachments: drivers need a complete one even if nothing is drawn."""
-    bind = function(ctx, "glBindFramebuffer", None, c_uint, c_uint)
-    before = c_int()
-    nowhere = c_uint()
-    function(ctx, "glGetIntegerv", None, c_uint, POINTER(c_int))(_FRAMEBUFFER_BINDING, byref(before))
-    function(ctx, "glGenFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
-    bind(_FRAMEBUFFER, nowhere)
-    for side in _DEFAULT_WIDTH, _DEFAULT_HEIGHT:
-        function(ctx, "glFramebufferParameteri", None, c_uint, c_uint, c_int)(_FRAMEBUFFER, side, 1)
-    try:
-        yield
-    finally:
-        bind(_FRAMEBUFFER, before.value)
-        function(ctx, "glDeleteFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
+def numbers(*values: int) -> Any:
+    """An array of unsigned numbers, as OpenGL reads it."""
+    return (c_uint * len(values))(*values)
 
 
 def fragments_drawn(ctx: moderngl.Context) -> AbstractContextManager[c_uint]:
     """Count the samples that the block draws; the result is set when the block ends."""
     return _counter(ctx, _SAMPLES_PASSED)
+
+
+def triangles_made(ctx: moderngl.Context) -> AbstractContextManager[c_uint]:
+    """Count the triangles that the block makes, and `triangles_written` those that transform feedback records."""
+    return _counter(ctx, _PRIMITIVES_GENERATED)
+
+
+def triangles_written(ctx: moderngl.Context) -> AbstractContextManager[c_uint]:
+    """Count the triangles that transform feedback records."""
+    return _counter(ctx, _PRIMITIVES_WRITTEN)
 
 
 @contextmanager

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import moderngl
 import numpy as np
 
-from . import gl, layout, shaders
-from .bindings import bind
+from . import layout
+from .passes import DrawPass, Feed, Resources
 
 SIDE = 64  # places along a side of a patch: the most segments of an edge
 COUNTS = (2, 4, 8, 16, 32, 64)  # segments inside a patch with strips; its edges have as many, or more
@@ -69,14 +69,8 @@ def faults_of(triangles: np.ndarray, edges: list[int], inside: int) -> Iterator[
 
 def _captured(ctx: moderngl.Context, patches: tuple[tuple[int, ...], ...]) -> np.ndarray:
     """Triangles (n, 3, 3): column and row of each vertex in its patch, and the number of the patch."""
-    program = shaders.program(
-        ctx,
-        vertex="mesh/patch.vert",
-        tess_control="mesh/patch.tesc",
-        tess_evaluation="mesh/patch.tese",
-        defines={"TO": "CAPTURE"},
-        varyings=("v_vertex",),
-    )
+    stages = {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc", "tess_evaluation": "mesh/patch.tese"}
+    capture = DrawPass(ctx, stages, {"TO": "CAPTURE"}, varyings=("v_vertex",))
     *edges_log2, inside_log2 = np.log2(patches).astype("u4").T
     side_log2 = SIDE.bit_length() - 1
     records = np.zeros(len(patches), layout.PATCH)
@@ -87,14 +81,13 @@ def _captured(ctx: moderngl.Context, patches: tuple[tuple[int, ...], ...]) -> np
     land = np.zeros((), layout.TERRAIN)
     land["last_post"] = 2 * SIDE * len(patches), SIDE
     terrain, fed = ctx.buffer(land.tobytes()), ctx.buffer(records.tobytes())
-    bind("blocks/terrain.glsl", Terrain=terrain)
-    vao = ctx.vertex_array(program, [(fed, "4i4", "in_patch")])
+    view, flat = ctx.buffer(bytes(layout.VIEW.itemsize)), ctx.texture((1, 1), 1, bytes(4), dtype="f4")
     draws = ctx.buffer(np.array([len(patches), 1, 0, 0, 0], "u4").tobytes())
     out = ctx.buffer(reserve=3 * 12 * sum(2 * inside**2 + 4 * SIDE for *_, inside in patches))
     ctx.patch_vertices = 1
     triangles = gl.capture(ctx, program, vao, out, draws, 1)
     found = np.frombuffer(out.read(triangles * 3 * 12), "f4").reshape(-1, 3, 3).astype("f8")[:, ::-1]
-    for resource in (vao, program, terrain, fed, draws, out):
+    for resource in (capture, terrain, view, flat, fed, draws, out):
         resource.release()
     found[..., 2] = found[..., :1].min(1) // (2 * SIDE)
     found[..., 0] -= 2 * SIDE * found[..., 2]

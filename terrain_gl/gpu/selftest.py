@@ -13,8 +13,7 @@ import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError
-from . import gl, shaders
-from .bindings import bind
+from .passes import ComputePass, Resources
 from .pattern import wrong_pattern
 
 KERNEL = "driver/selftest.comp"
@@ -67,14 +66,14 @@ def faults(ctx: moderngl.Context) -> Iterator[str]:
 
 
 def _wrong_tables(ctx: moderngl.Context) -> Iterator[str]:
-    kernels = [shaders.compute(ctx, f"sat/{phase}.comp", {"BITS": 32, "STRIP": STRIP}) for phase in PHASES]
+    kernels = [ComputePass(ctx, f"sat/{phase}.comp", {"BITS": 32, "STRIP": STRIP}) for phase in PHASES]
     for columns, rows in SIZES:
         values = np.random.default_rng(columns).integers(0, 1000, (rows, columns)).astype("u4")
         words = ctx.buffer(values.tobytes())
         sums = ctx.buffer(reserve=words.size)
-        bind("sat/lines.glsl", Words=words, StripSums=sums)
-        _sum_lines(ctx, kernels, lines=rows, length=columns, line_step=columns, word_step=1)
-        _sum_lines(ctx, kernels, lines=columns, length=rows, line_step=1, word_step=columns)
+        tables = {"Words": words, "StripSums": sums}
+        _sum_lines(ctx, kernels, tables, lines=rows, length=columns, line_step=columns, word_step=1)
+        _sum_lines(ctx, kernels, tables, lines=columns, length=rows, line_step=1, word_step=columns)
         table = np.frombuffer(words.read(), "u4").reshape(rows, columns)
         words.release()
         sums.release()
@@ -85,12 +84,11 @@ def _wrong_tables(ctx: moderngl.Context) -> Iterator[str]:
         kernel.release()
 
 
-def _sum_lines(ctx: moderngl.Context, kernels: list[moderngl.ComputeShader], **lines: int) -> None:
+def _sum_lines(ctx: moderngl.Context, kernels: list[ComputePass], tables: Resources, **lines: int) -> None:
     """Reduce, scan, propagate along parallel lines of words; a line of one strip needs no sums of strips."""
     strips = -(-lines["length"] // STRIP)
     for kernel, groups in list(zip(kernels, (strips, 1, strips), strict=True))[0 if strips > 1 else 2 :]:
-        gl.write_uniforms(kernel, first=0, **lines)
-        kernel.run(-(-lines["lines"] // 64), groups)
+        kernel.run((-(-lines["lines"] // 64), groups, 1), tables, {"first": 0, **lines})
         ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
 
@@ -108,11 +106,10 @@ def _operands() -> np.ndarray:
 
 def _wrong_operations(ctx: moderngl.Context) -> Iterator[str]:
     operands = _operands()
-    kernel = shaders.compute(ctx, KERNEL)
+    kernel = ComputePass(ctx, KERNEL)
     given = ctx.buffer(operands.tobytes())
     results = ctx.buffer(reserve=OPERANDS * 6 * 4)
-    bind(KERNEL, Operands=given, Results=results)
-    kernel.run(OPERANDS // 64)
+    kernel.run((OPERANDS // 64, 1, 1), {"Operands": given, "Results": results})
     ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
     got = np.frombuffer(results.read(), "f4").reshape(-1, 6)
     for resource in (kernel, given, results):

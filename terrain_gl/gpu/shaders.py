@@ -22,7 +22,7 @@ from .layout import DEFINES
 
 VERSION = "#version 430 core"
 Defines = Mapping[str, object]
-_NONE: Defines = MappingProxyType({})
+NO_DEFINES: Defines = MappingProxyType({})
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
@@ -42,7 +42,7 @@ class Line(NamedTuple):
     number: int
 
 
-def source(path: str, defines: Defines = _NONE) -> str:
+def source(path: str, defines: Defines = NO_DEFINES) -> str:
     """Text of the shader `path`: version, defines, expanded includes. Macros of `define` are not in it."""
     return _text(_load(path, defines))
 
@@ -60,10 +60,10 @@ def undefine(ctx: moderngl.Context, *names: str) -> None:
 
 
 def _of(ctx: moderngl.Context) -> Defines:
-    return ctx.extra.get("defines", _NONE) if isinstance(ctx.extra, dict) else _NONE
+    return ctx.extra.get("defines", NO_DEFINES) if isinstance(ctx.extra, dict) else NO_DEFINES
 
 
-def compute(ctx: moderngl.Context, path: str, defines: Defines = _NONE) -> moderngl.ComputeShader:
+def compute(ctx: moderngl.Context, path: str, defines: Defines = NO_DEFINES) -> moderngl.ComputeShader:
     """Compile the compute shader `path`; raises `ShaderError` with file and line."""
     lines = _load(path, {**_of(ctx), **defines})
     try:
@@ -80,7 +80,7 @@ def program(
     tess_control: str | None = None,
     tess_evaluation: str | None = None,
     geometry: str | None = None,
-    defines: Defines = _NONE,
+    defines: Defines = NO_DEFINES,
     varyings: Sequence[str] = (),
 ) -> moderngl.Program:
     """Compile and link a program from one file per stage; all of them see the same defines.

@@ -14,6 +14,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..camera.view import ViewBlock
 from ..gpu import gl, layout
+from ..gpu.passes import Resources
 from ..terrain import Terrain
 from .selection import INFINITE_PX, Selection
 from .surface import Surface
@@ -77,6 +78,11 @@ class OfPatches:
         worst_px = float(summary["worst_px"])
         certified_px = worst_px if worst_px < INFINITE_PX else math.inf
         return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
+
+    @property
+    def resources(self) -> Resources:
+        """Everything that the stages read."""
+        return {**self.terrain.resources, **self.view.resources}
 
     def bind(self) -> None:
         """Bind everything that the stages read."""

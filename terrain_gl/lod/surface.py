@@ -14,6 +14,7 @@ import moderngl
 
 if TYPE_CHECKING:
     from ..camera.view import ViewBlock
+    from ..gpu.passes import Resources
     from ..terrain import Terrain
 
 
@@ -25,7 +26,7 @@ class Surface(Protocol):
     terrain, view
         The map, and the camera of the last selection.
     stages
-        Shaders by stage, as `shaders.program` takes them; the last one calls put_vertex() of glsl/mesh/vertex.glsl.
+        Shaders by stage, as `gpu.passes.DrawPass` takes them; the last one calls put_vertex() of glsl/mesh/vertex.glsl.
         Vertices lie on posts or between them.
     defines
         Macros of those stages.
@@ -58,5 +59,6 @@ class Surface(Protocol):
     @property
     def indices(self) -> moderngl.Buffer | None: ...
 
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
+    @property
+    def resources(self) -> Resources:
+        """Everything that the stages read."""

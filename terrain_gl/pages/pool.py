@@ -15,6 +15,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
+from ..gpu.passes import Resources
 from ..terrain import block_of, quantisation_range
 from .map import Boxes, PagedMap, PageKey, above
 from .resident import ResidentHeights
@@ -39,7 +40,8 @@ class PagePool:
         self._is_changed = False  # whether the tables differ from those on the GPU
         self.slots, self.across = self._room()  # `across`: slots in a row of the textures
         side = heightmap.tile + 1
-        shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=self.across)
+        self.defines = {"PAGED": 1, "PAGE_LOG2": heightmap.tile.bit_length() - 1, "SLOTS_ACROSS": self.across}
+        shaders.define(ctx, **self.defines)
         self.heights = gl.texel_texture(ctx, (self.across * side, self.across * side), "f4")
         self.height_sums = gl.reserve(ctx, 4 * side**2 * self.slots, "a table of heights")
         self.is_marked = heightmap.is_marked
@@ -246,6 +248,11 @@ class PagePool:
         return found
 
     # --- On the GPU ---------------------------------------------------------------------------------------------------
+
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of the map: glsl/blocks/terrain.glsl and glsl/pages/terrain.glsl."""
+        return {"Terrain": self.block, "u_heights": self.heights, "u_marks": self.marks, "u_pages": self.table}
 
     def bind(self) -> None:
         """Bind the map for all shaders."""

@@ -10,6 +10,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
+from ..gpu.passes import Resources
 from ..terrain import quantisation_range
 from .edited_map import EditedMap
 from .map import PagedMap, PageKey, above
@@ -131,10 +132,14 @@ class PagedTables:
         """GPU memory of all tables."""
         return sum(buffer.size for buffer in (self.counters, self.squares, self.ranges))
 
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of the tables."""
+        return {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
+
     def bind(self) -> None:
         """Bind the tables for shaders that read bounds."""
-        tables = {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
-        bind("lod/quadtree/patch_bound.glsl", **tables)
+        bind("lod/quadtree/patch_bound.glsl", **self.resources)
 
     def put(self, key: PageKey, sums: Sums) -> None:
         """Put a page into a free slot. The page above it must be loaded. Shaders see it after `PagedTerrain.send`."""

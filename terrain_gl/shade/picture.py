@@ -20,6 +20,7 @@ from ..camera import Camera
 from ..error import ErrorTables
 from ..gpu import gl
 from ..gpu.bindings import bind
+from ..gpu.passes import NOTHING_MORE, State, clear
 from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
@@ -174,18 +175,14 @@ class Picture:
         of_mesh = look.style in _OF_MESH or look.wires
         mesh = self._meshes(look).of(selection.surface)
         target = self._detail_target() if of_mesh else self._seen
-        sides = moderngl.NOTHING if self._may_show_underside(look, selection) else moderngl.CULL_FACE
-        target.use()
-        target.clear(depth=0.0)  # infinitely far away: the sky
-        target.viewport = self.view.viewport
+        culls = not self._may_show_underside(look, selection)
+        state = State(target, self.view.viewport, depth=">=", least_depth=FARTHEST, clips=True, culls=culls)
+        read = NOTHING_MORE
+        if look.style == "promise":  # the shader declares `Split` and does not read it
+            read = {**self.tables.resources, "Split": self.tables.nodes}
+        clear(target, depth=0.0, colour=(0.0, 0.0, 0.0, 0.0) if of_mesh else None)  # infinitely far away: the sky
         for first in range(0, selection.draws, commands):
-            self.tables.bind()
-            gl.clip_control_zero_to_one(self.ctx)  # without it, distant depths are less precise, but still in order
-            target.use()
-            self.ctx.enable_only(moderngl.DEPTH_TEST | sides)
-            self.ctx.depth_func = ">="
-            with gl.depth_clamped(self.ctx, FARTHEST):
-                mesh.draw(selection, slice(first, first + commands))
+            mesh.draw(selection, state, read, part=slice(first, first + commands))
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:

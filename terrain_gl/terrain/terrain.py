@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from copy import copy
+from types import MappingProxyType
 from typing import NamedTuple
 
 import moderngl
@@ -14,6 +16,7 @@ from ..basics.rect import Area, Rect
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..gpu.packing import STEPS
+from ..gpu.passes import Resources
 from ..heightmap import MAX_HEIGHT_M, Heightmap
 from .filling import Filling
 from .water import water_posts
@@ -211,9 +214,16 @@ class Terrain:
         self.heightmap = self.heightmap.exaggerated(factor)
         self.block.write(self._describe().tobytes())
 
+    defines: Mapping[str, object] = MappingProxyType({})  # macros of all passes over this map
+
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of the map: glsl/blocks/terrain.glsl."""
+        return {"Terrain": self.block, "u_heights": self.heights, "u_marks": self.marks}
+
     def bind(self) -> None:
         """Bind the map for all shaders."""
-        bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
+        bind("blocks/terrain.glsl", **self.resources)
 
     def boxes(self, low: np.ndarray, high: np.ndarray, heights_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes over parts of the map: smallest and largest corners, (n, 3) metres.

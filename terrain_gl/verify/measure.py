@@ -18,8 +18,8 @@ from ..basics.steps import Steps, drain
 from ..camera import Camera, boxes_in_picture, in_picture, shift_px
 from ..camera.curvature import drop_between_m
 from ..gpu import gl
-from ..gpu.bindings import bind
 from ..gpu.layout import PLACES
+from ..gpu.passes import Resource, State
 from ..heightmap import Heightmap, bilinear
 from ..lod import RingsSelector, Selection
 from ..mesh import MeshDraw, MeshDraws
@@ -93,7 +93,7 @@ class Measurement:
         """
         draw = self._draws.of(selection.surface)
         if self._truth:
-            self._write_truth(draw, region)
+            self._write_truth(region)
         for flip in _FLIPS:
             first = flip == _FLIPS[0]
             errors = self._pass(draw, selection, region, flip, clear=first)
@@ -184,7 +184,7 @@ class Measurement:
         if self._truth:
             self._truth.release()
 
-    def _write_truth(self, draw: MeshDraw, region: Region) -> None:
+    def _write_truth(self, region: Region) -> None:
         """Upload the true heights of a region, voids filled, because a paged map is not wholly on the GPU."""
         assert self._truth
         heightmap: Any = self.terrain.heightmap
@@ -193,8 +193,6 @@ class Measurement:
         cols = slice(x, min(x + self._truth.width, heightmap.cols))
         posts = heightmap.lattice_heights(0, rows, cols) - np.float32(self.terrain.base_m)
         self._truth.write(np.ascontiguousarray(posts), viewport=(0, 0, posts.shape[1], posts.shape[0]))
-        bind("mesh/error.frag", u_truth=self._truth)
-        draw.program["u_truth_first"] = x, y
 
     def _pass(
         self, draw: MeshDraw, selection: Selection, region: Region, flip: tuple[int, int], clear: bool
@@ -202,16 +200,13 @@ class Measurement:
         x, y, width, height = region
         if clear:
             self._errors.write(self._nothing)
-        self._nowhere.use()
-        self._nowhere.viewport = (0, 0, width, height)
-        self._nowhere.scissor = (0, 0, width, height)
-        bind("mesh/error.frag", u_error_m=self._errors)
-        program = draw.program
-        program["u_tile"] = (x, y)
-        program["u_tile_size"] = (width, height)
-        program["u_flip"] = flip
-        self.ctx.disable(moderngl.CULL_FACE | moderngl.DEPTH_TEST | moderngl.BLEND)
-        draw.draw(selection)
+        box = 0, 0, width, height
+        resources: dict[str, Resource] = {"u_error_m": self._errors}
+        uniforms: dict[str, Any] = {"tile": (x, y), "tile_size": (width, height), "flip": flip}
+        if self._truth:
+            resources["u_truth"] = self._truth
+            uniforms["truth_first"] = x // PLACES, y // PLACES
+        draw.draw(selection, State(self._nowhere, box, box), resources, uniforms)
         self.ctx.memory_barrier(moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
         whole = np.frombuffer(self._errors.read(), "f4").reshape(self._errors.height, self._errors.width)
         return whole[:height, :width]
