@@ -84,8 +84,9 @@ def _captured(ctx: moderngl.Context, patches: tuple[tuple[int, ...], ...]) -> np
     view, flat = ctx.buffer(bytes(layout.VIEW.itemsize)), ctx.texture((1, 1), 1, bytes(4), dtype="f4")
     draws = ctx.buffer(np.array([len(patches), 1, 0, 0, 0], "u4").tobytes())
     out = ctx.buffer(reserve=3 * 12 * sum(2 * inside**2 + 4 * SIDE for *_, inside in patches))
-    ctx.patch_vertices = 1
-    triangles = gl.capture(ctx, program, vao, out, draws, 1)
+    feed = Feed([(fed, "4i4", "in_patch")], mode=moderngl.PATCHES)
+    resources: Resources = {"Terrain": terrain, "View": view, "u_heights": flat}
+    triangles = capture.capture(out, resources, {}, feed, draws, 1)
     found = np.frombuffer(out.read(triangles * 3 * 12), "f4").reshape(-1, 3, 3).astype("f8")[:, ::-1]
     for resource in (capture, terrain, view, flat, fed, draws, out):
         resource.release()
