@@ -56,7 +56,7 @@ def refused(result, status, *texts):
 def test_a_folder_of_pictures_takes_no_extra(run, path):
     status, out, err = run("fly", "dem.npy", "--path", path, "-o", "frames", *SMALL, "--json", "flight.json")
     assert (status, err) == (0, "") and out.startswith("frames: 5 frames of 64x36")
-    assert sorted(os.listdir("frames")) == [f"frame-{i:05d}.png" for i in range(1, 6)]
+    assert sorted(os.listdir("frames")) == [JOURNAL, *(f"frame-{i:05d}.png" for i in range(1, 6))]
     about = json.loads(Path("flight.json").read_text())
     poses = list(CameraPath.open(path).poses(5))
     with tg.Renderer(tg.Heightmap.open("dem.npy"), (64, 36)) as renderer:
@@ -106,10 +106,10 @@ def test_the_path_gives_time_and_sun_unless_options_do(run):
     low, high = (tg.Camera((10, 5, z), (50, 35, 20), 40) for z in (60, 70))
     CameraPath([Keyframe(low, 0, (90, 10)), Keyframe(high, 0.4, (90, 60))]).save("sun.json")
     assert run("fly", "dem.npy", "--path", "sun.json", "-o", "a", "--size", "64x36", "--fps", "5")[0] == 0
-    first, last = (read_image(f"a/{name}").astype(int) for name in sorted(os.listdir("a")))
-    assert len(os.listdir("a")) == 2
+    first, last = (read_image(f"a/{name}").astype(int) for name in sorted(pictures("a")))
+    assert len(pictures("a")) == 2
     assert run("fly", "dem.npy", "--path", "sun.json", "-o", "b", *SMALL, "--sun", "90,60")[0] == 0
-    names = sorted(os.listdir("b"))
+    names = sorted(pictures("b"))
     assert len(names) == 5 and np.array_equal(read_image(f"b/{names[-1]}"), last)
     assert not np.array_equal(read_image(f"b/{names[0]}"), first)
 
@@ -157,8 +157,11 @@ def test_the_map_is_not_written_over(run):
 
 
 def test_a_full_folder_is_not_mixed_with(run, path):
-    assert run("fly", "dem.npy", "--path", path, "-o", "f", *SMALL)[0] == 0
-    refused(run("fly", "dem.npy", "--path", path, "-o", "f", *SMALL), 1, "holds frames already")
+    words = ("fly", "dem.npy", "--path", path, "-o", "f", *SMALL)
+    assert run(*words)[0] == 0
+    refused(run(*words, "--sun", "90,20"), 1, "f: holds frames of another flight")
+    Path(f"f/{JOURNAL}").unlink()
+    refused(run(*words), 1, "f: holds frames already")
 
 
 @pytest.mark.parametrize("output", ["f/", "film.gif"])
@@ -198,7 +201,7 @@ def test_interrupted(output):
     else:
         assert os.path.isfile(f"f/{JOURNAL}") and "the same command continues" in err
         names = sorted(set(os.listdir("f")) - {JOURNAL})
-        assert f"the first {len(names)} pictures are complete" in err
+        assert f"stopped, {len(names)} pictures are complete" in err
         assert names == [f"frame-{i + 1:05d}.png" for i in range(len(names))]
         assert read_image(f"f/{names[-1]}").shape == (36, 64, 3)
 
@@ -207,8 +210,8 @@ def test_interrupted(output):
 
 
 def pictures(folder):
-    """Names and bytes of all files in a folder."""
-    return {name: Path(folder, name).read_bytes() for name in os.listdir(folder)}
+    """Names and bytes of all files in a folder, except the journal, which has times."""
+    return {name: Path(folder, name).read_bytes() for name in os.listdir(folder) if name != JOURNAL}
 
 
 def told(path):
@@ -246,7 +249,7 @@ def test_an_interrupted_folder_is_continued(undisturbed, run, monkeypatch):
     with monkeypatch.context() as patch:
         interrupt(patch, 3)
         assert run(*words)[0] == 130
-    left = len(pictures("f")) - 1  # those that were written, and the journal
+    left = len(pictures("f"))
     assert 1 <= left <= 3
     refused(run(*words, "--style", "normals"), 1, "f: holds frames of another flight")
     with open(f"f/{JOURNAL}", "a") as file:
@@ -270,24 +273,24 @@ def test_a_journal_is_whole_while_it_is_begun_again(tmp_path, monkeypatch):
     (tmp_path / "frame-00001.png").write_bytes(b"")
     journal = FlightJournal(tmp_path, "flight")
     journal.begin()
-    journal.add("first")
+    journal.add(0, "first")
     with monkeypatch.context() as patch:
         patch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             FlightJournal(tmp_path, "flight").begin()
-    assert FlightJournal(tmp_path, "flight").done == ["first"]
+    assert FlightJournal(tmp_path, "flight").done == {0: "first"}
 
 
-def test_a_folder_that_lacks_only_its_numbers_is_continued(undisturbed, run, monkeypatch):
+@pytest.mark.parametrize("lost", [(), (1,), (3,), (5,), (1, 2, 4)])
+def test_the_same_command_again_draws_only_what_is_missing(undisturbed, run, monkeypatch, lost):
     words, expected, numbers = undisturbed
-    words = (*words, "-o", "f", "--json", "n.json")
-    with monkeypatch.context() as patch:
-        patch.setattr("terrain_gl.film.journal.FlightJournal.end", lambda _: None)
-        assert run(*words)[0] == 0
-    drawn = interrupt(monkeypatch, 0)
+    words = (*words, "-o", "whole", "--json", "n.json")
+    for number in lost:
+        Path(f"whole/frame-{number:05d}.png").unlink()
+    Path("whole/.frame-00003-0a1b2c3d.png").write_bytes(b"")  # as a killed flight leaves it
+    drawn = interrupt(monkeypatch, 99)
     assert run(*words)[0] == 0
-    assert (pictures("f"), told("n.json"), drawn) == (expected, numbers, [])
-    refused(run(*words), 1, "holds frames already")
+    assert (pictures("whole"), told("n.json"), len(drawn)) == (expected, numbers, len(lost))
 
 
 @pytest.fixture
@@ -318,7 +321,7 @@ def test_an_interrupted_film_is_continued(film, run, monkeypatch, after):
         patch.setattr(Recorder, "cancel", cancel_when_written(after))
         status, _, err = run(*words)
     left = after - after % 2
-    assert status == 130 and (f"the first {left} pictures are complete" if left else "nothing is written") in err
+    assert status == 130 and (f"stopped, {left} pictures are complete" if left else "nothing is written") in err
     assert set(os.listdir()) - before == ({"f.mp4.parts"} if left else set())
     if left:
         refused(run(*words, "--style", "normals"), 1, "f.mp4.parts: holds frames of another flight")
@@ -362,7 +365,7 @@ def test_a_flight_over_another_map_is_not_mixed_with(undisturbed, run, monkeypat
         assert run(*words)[0] == 130
     np.save("dem.npy", 2 * np.load("dem.npy"))
     refused(run(*words), 1, "f: holds frames of another flight")
-    for name in pictures("f").keys() - {JOURNAL}:
+    for name in pictures("f"):
         os.remove(f"f/{name}")
     assert run(*words)[0] == 0
 

@@ -202,7 +202,7 @@ def test_a_folder_keeps_what_was_complete_when_the_disk_was_full():
     recorder.append(picture(0))
     while not os.path.exists("frames/frame-00001.png"):
         time.sleep(0.01)
-    with disk_of(1), pytest.raises(TerrainError, match="the 1 pictures before it are complete"), recorder:
+    with disk_of(1), pytest.raises(TerrainError, match="1 other pictures are complete"), recorder:
         for i in range(1000):
             recorder.append(picture(i))
     assert len(frames_of("frames/")[0]) == 1
@@ -213,7 +213,7 @@ def test_a_folder_keeps_what_was_complete_when_the_disk_was_full():
 def test_a_film_keeps_its_complete_parts_when_the_disk_was_full(monkeypatch):
     pytest.importorskip("av", reason="the extra [video] is not installed")
     monkeypatch.setattr(parts, "FRAMES", 2)
-    recorder = Recorder("film.mp4", first=0)
+    recorder = Recorder("film.mp4", kept=())
     for i in range(2):
         recorder.append(picture(i))
     while not os.path.exists("film.mp4.parts/part-00001.mp4"):

@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     journal = FlightJournal(output, frames.identity(args)) if can_continue else None
     if is_folder(output):
         args.output = None  # the checks that follow are for files
-    with Recorder(output, args.fps, len(journal.done) if journal else None) as recorder:
+    with Recorder(output, args.fps, journal.done if journal else None) as recorder:
         try:
             about, incomplete = _record(recorder, journal, args)
         except KeyboardInterrupt:
@@ -88,8 +88,6 @@ def _record(
         overlays.tell_unseen(args, scene.heightmap, overlays.of(args, scene.heightmap, silent=True), samples.tolist())
     with report.json_output(args.json, about | {"frames": numbers}):
         recorder.close()
-    if journal:
-        journal.end()
     lacking = next((frame for frame in numbers if not frame.get("complete", True)), {})
     return about, lacking | {"map": scene.heightmap.name}
 
@@ -105,20 +103,17 @@ def _fly(
     flight: frames.Flight, recorder: Recorder, journal: FlightJournal | None
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """Draw and record the missing frames; returns the numbers of each frame, and the numbers that all frames share."""
-    numbers: list[dict[str, Any]] = []
-    shared: dict[str, Any] = {}
+    noted: dict[int, Any] = {}
     if journal:
         journal.begin()
-        numbers = [mine for mine, _ in journal.done]
-        shared = journal.done[-1][1] if numbers else {}
-    with report.progress_bar("flying") as show, contextlib.closing(flight.frames(len(numbers), show)) as drawn:
-        for frame in drawn:
-            numbers.append({"frame": len(numbers)} | frame.numbers)
-            shared = frame.about
+        noted |= journal.done
+    with report.progress_bar("flying") as show, contextlib.closing(flight.frames(tuple(noted), show)) as drawn:
+        for number, frame in drawn:
+            noted[number] = {"frame": number} | frame.numbers, frame.about
             if journal:
-                journal.add((numbers[-1], shared))
+                journal.add(number, noted[number])
             recorder.append(frame.image)
-    return numbers, shared
+    return [noted[number][0] for number in sorted(noted)], noted[0][1]
 
 
 def _tell_jumps(numbers: list[dict[str, Any]], shared: dict[str, Any]) -> None:
@@ -184,7 +179,7 @@ def _tell_what_is_left(recorder: Recorder) -> None:
     if not is_folder(recorder.path):
         count = parts.kept(count) if _has_parts(recorder.path) else 0
     if count:
-        left = f"the first {count} pictures are complete, and the same command continues"
+        left = f"{count} pictures are complete, and the same command continues"
     print(f"terrain-gl: {report.shown(recorder.path)}: stopped, {left}", file=sys.stderr)
 
 

@@ -10,9 +10,8 @@ import io
 import os
 import threading
 import uuid
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Collection, Generator
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -93,20 +92,26 @@ class Flight:
     path: CameraPath
     count: int
 
-    def frames(self, first: int, show: Callable[[float], None] | None) -> Generator[Drawn, None, None]:
-        """Draw the frames from number `first` on; `show` is called with the progress, 0 to 1."""
+    def frames(
+        self, kept: Collection[int], show: Callable[[float], None] | None
+    ) -> Generator[tuple[int, Drawn], None, None]:
+        """Draw the frames except those `kept`, each with its number; `show` is called with the progress, 0 to 1."""
         args = self.args
-        poses = islice(self.path.poses(self.count), first, None)
+        numbers = [number for number in range(self.count) if number not in kept]
+        poses = (pose for number, pose in enumerate(self.path.poses(self.count)) if number not in kept)
+        if not numbers:
+            return
         if args.workers == 1 and not args.scheduler:
             with contextlib.closing(Drawing(args, self.scene)) as drawing:
-                for number, pose in enumerate(poses, first):
-                    yield drain(portion(drawing.steps(pose), number, self.count), show)
+                for done, (number, pose) in enumerate(zip(numbers, poses, strict=True), len(kept)):
+                    yield number, drain(portion(drawing.steps(pose), done, self.count), show)
             return
         with contextlib.closing(scheduler(args.workers, args.scheduler)) as runner:
-            for number, frame in enumerate(runner.in_order(draw, _job(args), poses), first):
-                yield frame
+            drawn = runner.in_order(draw, _job(args), poses)
+            for done, (number, frame) in enumerate(zip(numbers, drawn, strict=True), len(kept) + 1):
+                yield number, frame
                 if show:
-                    show((number + 1) / self.count)
+                    show(done / self.count)
 
 
 def draw(job: FlightJob, pose: FlightFrame) -> Drawn:

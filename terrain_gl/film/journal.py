@@ -1,10 +1,10 @@
 """The journal of a flight: a file beside the flight's pictures or parts. With it, the flight can be continued.
 
 The first line of the file is the flight's identity, and each further line belongs to one picture. A picture is complete
-if its file exists, because a file gets its name only when it is complete.
+if its file exists, because a file gets its name only when it is complete. The journal of a folder stays there: the same
+command may be given again.
 """
 
-import contextlib
 import json
 import os
 from pathlib import Path
@@ -33,33 +33,30 @@ class FlightJournal:
         folder = Path(output) if is_folder(output) else parts.folder_of(output)
         self._path = folder / JOURNAL
         self._identity = json.dumps(identity, default=str, sort_keys=True)
-        self.done: list[Any] = []  # the entry of each complete picture, from the first picture on
-        if not (self._path.is_file() and self._picture(0).is_file()):
+        self.done: dict[int, Any] = {}  # the entry of each complete picture, by its number; no gaps in a film
+        if not (self._path.is_file() and any(folder.glob("part-*" if self._output else "frame-*"))):
             return
         begun, *lines = self._path.read_text("utf-8", errors="replace").split("\n")
         if begun != self._identity:
             name = "film, or remove it" if self._output else "folder, or empty it"
             raise TerrainError(f"{folder}: holds frames of another flight: name another {name}")
         for line in lines[:-1]:  # text after the last end of line is an incomplete entry
-            if not self._picture(len(self.done)).is_file():
+            number, noted = json.loads(line)
+            if self._picture(number).is_file():
+                self.done[number] = noted
+            elif self._output:
                 break
-            self.done.append(json.loads(line))
 
     def begin(self) -> None:
         """Write the file anew, with the pictures that are complete."""
-        lines = [self._identity, *map(json.dumps, self.done)]
+        lines = [self._identity, *map(json.dumps, self.done.items())]
         with replacing(self._path) as part:  # if the process is killed here, the old file is still whole
             part.write_text("".join(line + "\n" for line in lines), "utf-8")
 
-    def add(self, noted: Any) -> None:
-        """Add the entry of the next picture, before the picture is written."""
+    def add(self, number: int, noted: Any) -> None:
+        """Add the entry of a picture, before the picture is written."""
         with open(self._path, "a", encoding="utf-8") as file:
-            file.write(json.dumps(noted) + "\n")
-
-    def end(self) -> None:
-        """Remove the file: all pictures are complete."""
-        with contextlib.suppress(OSError):
-            self._path.unlink()
+            file.write(json.dumps((number, noted)) + "\n")
 
     def _picture(self, number: int) -> Path:
         """The file with a picture."""

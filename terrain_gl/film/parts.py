@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 FRAMES = 60  # frames of a part: an interrupted flight loses few; the key frames that begin parts take little space
-JOURNAL = ".flight"  # a file beside the pictures or parts of an unfinished flight (terrain_gl/film/journal.py)
+JOURNAL = ".flight"  # a file beside the pictures or parts of a flight (terrain_gl/film/journal.py)
 
 
 def folder_of(film: str | os.PathLike[str]) -> Path:

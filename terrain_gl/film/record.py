@@ -10,7 +10,7 @@ import contextlib
 import os
 import queue
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from fractions import Fraction
 from itertools import count
@@ -64,9 +64,9 @@ class Recorder:
         without an ending, or with a slash at its end. A missing folder is created.
     fps
         Frames a second.
-    first
-        Number of frames that a folder, or parts of a film, already hold; new frames follow them. If it is given, even
-        as 0, an MP4 is written in parts (terrain_gl/film/parts.py).
+    kept
+        Numbers of the frames that a folder, or parts of a film, already hold, counted from 0; the others are recorded
+        in their order. If it is given, even empty, an MP4 is written in parts (terrain_gl/film/parts.py).
 
     Raises
     ------
@@ -82,12 +82,13 @@ class Recorder:
     ...         recorder.append(renderer.render(camera).image)
     """
 
-    def __init__(self, path: str | os.PathLike[str], fps: float = FPS, first: int | None = None) -> None:
+    def __init__(self, path: str | os.PathLike[str], fps: float = FPS, kept: Collection[int] | None = None) -> None:
         self.path = os.fspath(path)
         if not 0 < fps <= MAX_FPS:
             raise UsageError(f"frames a second must be more than 0 and at most {MAX_FPS:g}, got {fps:g}")
-        writing = _pictures(Path(path), first or 0) if is_folder(path) else _film(Path(path), fps, first)
-        self.frames = first or 0
+        self.frames = len(kept or ())
+        first = None if kept is None else self.frames
+        writing = _pictures(Path(path), kept or ()) if is_folder(path) else _film(Path(path), fps, first)
         self._shape: tuple[int, ...] | None = None
         self._cancelled = False
         self._error: BaseException | None = None
@@ -191,13 +192,15 @@ def picture_name(number: int) -> str:
     return f"frame-{number + 1:05d}.png"
 
 
-def _pictures(folder: Path, first: int) -> AbstractContextManager[Write]:
+def _pictures(folder: Path, kept: Collection[int]) -> AbstractContextManager[Write]:
     made = not folder.is_dir()
     held = _locked(folder)
-    if not first and any(folder.glob("frame-*.png")):
+    if not kept and any(folder.glob("frame-*.png")):
         os.close(held)
         raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
-    return _numbered(folder, made, held, first)
+    for left in folder.glob(".frame-*.png"):  # of a flight that was killed
+        left.unlink()
+    return _numbered(folder, made, held, kept)
 
 
 def _locked(folder: Path) -> int:
@@ -215,16 +218,17 @@ def _locked(folder: Path) -> int:
 
 
 @contextmanager
-def _numbered(folder: Path, made: bool, held: int, first: int) -> Iterator[Write]:
-    """Write numbered files to a folder; a new folder that stays empty is removed."""
-    done = first
+def _numbered(folder: Path, made: bool, held: int, kept: Collection[int]) -> Iterator[Write]:
+    """Write the numbered files that a folder lacks; a new folder that stays empty is removed."""
+    done = len(kept)
+    missing = (number for number in count() if number not in kept)
 
     def write(image: np.ndarray) -> None:
         nonlocal done
         try:
-            write_png(folder / picture_name(done), image)
+            write_png(folder / picture_name(next(missing)), image)
         except TerrainError as error:
-            raise TerrainError(f"{error}; the {done} pictures before it are complete") from None
+            raise TerrainError(f"{error}; {done} other pictures are complete") from None
         done += 1
 
     try:
