@@ -331,6 +331,11 @@ class Heightmap:
         return Place(self.georeference, self.spacing_m) if self.georeference else None
 
     @property
+    def north_deg(self) -> float:
+        """Direction of true north in degrees clockwise from the grid's north; 0 if the place is unknown."""
+        return self.place.north_deg if self.place else 0.0
+
+    @property
     def extent_m(self) -> Spacing:
         """Metres from the first post to the last, east and north."""
         return (self.cols - 1) * self.spacing_m[0], (self.rows - 1) * self.spacing_m[1]

@@ -181,7 +181,7 @@ def test_a_transparent_entry_of_a_palette_is_a_void(tmp_path):
 
 def test_colours_are_refused_with_what_may_be_meant(tmp_path):
     image(tmp_path / "a.png", np.stack([BYTES, BYTES, BYTES // 2], -1))
-    with pytest.raises(TerrainError, match=r"3 bands \(1: R, 2: G, 3: B\): .*terrarium, mapbox, gsi.*--band 1"):
+    with pytest.raises(TerrainError, match=r"3 bands \(1: R, 2: G, 3: B\): .*terrarium, mapbox or gsi.*--band 1"):
         Heightmap.open(tmp_path / "a.png")
     assert Heightmap.open(tmp_path / "a.png", band="B").range_m[1] == BYTES.max() // 2
     palette(tmp_path / "b.tif", colours={i: (i, 0, 0, 255) for i in range(256)})

@@ -149,8 +149,8 @@ def test_a_notebook_gets_a_view(dem, shown, monkeypatch):
         ("give --nodata -9999", "give nodata=-9999"),
         ("give --nodata none", "give nodata=nan"),
         (
-            "give --encoding terrarium or mapbox; as with --band 1",
-            'give encoding="terrarium" or mapbox; as with band=1',
+            "give --encoding terrarium, mapbox or gsi; as with --band 1",
+            'give encoding="terrarium", mapbox or gsi; as with band=1',
         ),
         ("and the network with --trust", "and the network with trusted=True"),
         ("use a smaller map, or --style lambert", 'use a smaller map, or style="lambert"'),

@@ -20,6 +20,7 @@ from .options import CommandScene, render_options
 
 # options of lit styles, and their defaults
 _OF_LIGHT = {"sky": None, "material": None, "drape": None, "look": AUTO, "water_m": None}
+_TURNED_DEG = 1.0  # a grid that is turned by more gets a note
 _NEAR = 5.0  # an eye is near the map if its distance is at most this many longer sides of the map
 
 
@@ -39,6 +40,9 @@ def tell(args: argparse.Namespace, scene: CommandScene) -> None:
 
 def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[str]:
     heightmap = scene.heightmap
+    if abs(north := heightmap.north_deg) > _TURNED_DEG:
+        turned = f"{abs(north):.1f} degrees {'clockwise' if north > 0 else 'counter-clockwise'} from the grid's"
+        yield f"true north, from which the sun's azimuth counts, is {turned} north"
     if args.style == "cracks":
         yield "--style cracks: patches do not agree on edges; nothing is certified"
     low_m, high_m = heightmap.range_m

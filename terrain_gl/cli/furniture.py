@@ -26,7 +26,8 @@ def of(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> list[S
     if not args.furniture:
         return []
     title = Path(heightmap.name).stem if args.title is None else args.title
-    return furniture(args.size, camera, land_ahead_m(heightmap.coarse(), camera), title, *ramp_of(args, heightmap))
+    away_m = land_ahead_m(heightmap.coarse(), camera)
+    return furniture(args.size, camera, away_m, title, *ramp_of(args, heightmap), heightmap.north_deg)
 
 
 def ramp_of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Ramp | None, str]:

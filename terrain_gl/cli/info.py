@@ -72,7 +72,7 @@ def describe(heightmap: Heightmap) -> dict[str, Any]:
 def _lies(place: Place | None) -> dict[str, Any]:
     """The place of a map: coordinate system, GDAL's six numbers, and the degrees of its middle if they are known."""
     if place is None:
-        return {"crs": None, "transform": None, "middle_lonlat": None}
+        return {"crs": None, "transform": None, "middle_lonlat": None, "north_deg": 0.0}
     grid = place.georeference.grid
     try:
         name = place.name
@@ -80,7 +80,8 @@ def _lies(place: Place | None) -> dict[str, Any]:
     except TerrainError:
         name = None
         middle = None
-    return {"crs": name, "transform": [grid.c, grid.a, grid.b, grid.f, grid.d, grid.e], "middle_lonlat": middle}
+    transform = [grid.c, grid.a, grid.b, grid.f, grid.d, grid.e]
+    return {"crs": name, "transform": transform, "middle_lonlat": middle, "north_deg": place.north_deg}
 
 
 def limits() -> dict[str, int]:
@@ -111,6 +112,7 @@ def _map_lines(about: dict[str, Any]) -> dict[str, str]:
     width, depth = about["extent_m"]
     low, high = about["range_m"]
     lies = degrees(*about["middle_lonlat"]) if about["middle_lonlat"] else "unknown"
+    turned = f"; true north is {about['north_deg']:.2f} degrees clockwise from the grid's" if about["north_deg"] else ""
     return {
         "map": report.shown(os.path.basename(about["name"])),
         "posts": f"{about['cols']} x {about['rows']} (east x north)",
@@ -119,6 +121,6 @@ def _map_lines(about: dict[str, Any]) -> dict[str, str]:
         "heights": f"{low:g} to {high:g} m",
         "values": about["values"],
         "voids": f"{about['voids']}",
-        "middle": f"{lies} ({about['crs']})" if about["crs"] else lies,
+        "middle": f"{lies} ({about['crs']}){turned}" if about["crs"] else lies,
         "memory": f"{report.mebibytes(about['bytes'])} of heights",
     }

@@ -31,7 +31,13 @@ class Stamp(NamedTuple):
 
 
 def furniture(
-    size: tuple[int, int], camera: Camera, away_m: float, title: str, ramp: Ramp | None = None, unit: str = ""
+    size: tuple[int, int],
+    camera: Camera,
+    away_m: float,
+    title: str,
+    ramp: Ramp | None = None,
+    unit: str = "",
+    north_deg: float = 0.0,
 ) -> list[Stamp]:
     """The furniture of a picture. `TerrainError` if there is no font.
 
@@ -45,13 +51,15 @@ def furniture(
         Text of the title; "" for none.
     ramp, unit
         The legend's colours, and the unit of its numbers.
+    north_deg
+        Direction of true north, clockwise from the grid's.
     """
     px = _type_px(16, size)
     gap = px
     stamps = []
     if title:
         stamps.append(_panel(_line(title, round(1.3 * px)), (gap, gap), px))
-    arrow = _panel(_arrow(camera, px), (0, gap), px)
+    arrow = _panel(_arrow(camera, north_deg, px), (0, gap), px)
     stamps.append(arrow._replace(left=size[0] - gap - arrow.pixels.shape[1]))
     if away_m > 0:
         bar = _panel(_scale_bar(size, camera, away_m, px), (gap, 0), px)
@@ -131,11 +139,13 @@ def metres_of(size: tuple[int, int], camera: Camera, away_m: float) -> tuple[flo
     return length, length / m_per_px
 
 
-def north_of(camera: Camera) -> tuple[float, float]:
+def north_of(camera: Camera, north_deg: float = 0.0) -> tuple[float, float]:
     """Direction of north at the target: a unit vector (right, up) in the picture; (0, 0) if north is along the view."""
     right, up, _ = camera.axes
-    length = math.hypot(right[1], up[1])
-    return (right[1] / length, up[1] / length) if length > 1e-6 else (0.0, 0.0)
+    north = np.array([math.sin(math.radians(north_deg)), math.cos(math.radians(north_deg)), 0.0])
+    across, along = float(right @ north), float(up @ north)
+    length = math.hypot(across, along)
+    return (across / length, along / length) if length > 1e-6 else (0.0, 0.0)
 
 
 def _panel(ink: np.ndarray, at: tuple[int, int], px: int) -> Stamp:
@@ -174,10 +184,10 @@ def _stacked(parts: list[np.ndarray], gap: int) -> np.ndarray:
     return np.concatenate(rows)[:-gap]
 
 
-def _arrow(camera: Camera, px: int) -> np.ndarray:
+def _arrow(camera: Camera, north_deg: float, px: int) -> np.ndarray:
     """An arrow to the north at the target, and the letter N."""
     side = 3 * px
-    towards = np.array(north_of(camera)) * [1, -1]  # rows count down
+    towards = np.array(north_of(camera, north_deg)) * [1, -1]  # rows count down
     at = (np.indices((side * _FINE, side * _FINE))[::-1] + 0.5).reshape(2, -1).T / _FINE - side / 2
     along, across = at @ towards, at @ np.array([-towards[1], towards[0]])
     head = (along <= 0.5 * side) & (np.abs(across) <= 0.5 * (0.5 * side - along)) & (along >= -0.05 * side)

@@ -174,7 +174,12 @@ class Lighting:
 
     def _sky_of(self, sun: tuple[float, float], path: str | None) -> Sky | None:
         """The sky of a sun or of a file; None if it is not ready yet."""
-        return sky_seen(sun, path, self.has_air)
+        return sky_seen(sun, path, self.has_air, self.north_deg)
+
+    @property
+    def north_deg(self) -> float:
+        """Direction of true north, from which azimuths count, in degrees clockwise from the grid's."""
+        return self.terrain.heightmap.north_deg
 
     @property
     def is_there(self) -> bool:
@@ -249,11 +254,14 @@ def exposure(sky: Sky) -> float:
     return KEY / FULL_LIGHT * (FULL_LIGHT / light) ** ADAPTATION * dim ** (0.5 * ADAPTATION)
 
 
-def sky_seen(sun: tuple[float, float], path: str | None, has_air: bool = True) -> Sky:
-    """The clear sky of a sun, or the sky of a file with its own sun. Needs no OpenGL."""
+def sky_seen(sun: tuple[float, float], path: str | None, has_air: bool = True, north_deg: float = 0.0) -> Sky:
+    """The clear sky of a sun, or the sky of a file with its own sun, over the grid of a map. Needs no OpenGL.
+
+    `north_deg` is the direction of true north, clockwise from the grid's: azimuths and skies count from true north.
+    """
     if path is not None:
-        return _sky_in(Version.of(path))
-    return _computed_sky(round(float(sun[0]), 6), round(float(sun[1]), 6), has_air)
+        return _sky_in(Version.of(path), north_deg)
+    return _computed_sky(round(float(sun[0]) + north_deg, 6), round(float(sun[1]), 6), has_air)
 
 
 def ground_seen(ground: Ground, onto: Georeference | None = None) -> np.ndarray:
@@ -280,8 +288,8 @@ def _ground_of(_: Version, ground: Photo, onto: Georeference | None) -> np.ndarr
 
 
 @lru_cache(maxsize=2)
-def _sky_in(file: Version) -> Sky:
-    return read_sky(file.path)
+def _sky_in(file: Version, north_deg: float) -> Sky:
+    return read_sky(file.path, north_deg)
 
 
 @lru_cache(maxsize=8)

@@ -160,10 +160,11 @@ def black_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = 
     return Sky(radiance, _sun(direction, irradiance, sun_radius_deg))
 
 
-def read_sky(path: str | os.PathLike[str]) -> Sky:
+def read_sky(path: str | os.PathLike[str], north_deg: float = 0.0) -> Sky:
     """A sky from an equirectangular picture of light, HDR or EXR.
 
-    The middle column looks north, azimuth grows to the right, and the first row is the zenith. A spot more than 100
+    The middle column looks north, `north_deg` clockwise from the grid's north, to the nearest column. Azimuth grows to
+    the right, and the first row is the zenith. A spot more than 100
     times brighter than the median is cut out and becomes the sun. Without such a spot the sky has no sun.
 
     Raises
@@ -184,6 +185,7 @@ def read_sky(path: str | os.PathLike[str]) -> Sky:
         raise TerrainError(f"{path}: has values that are not finite: correct the picture")
     if light.min() < 0:
         raise TerrainError(f"{path}: has negative light, down to {light.min():.3g}: correct the picture")
+    light = np.roll(light, round(cols * north_deg / 360), 1)
     light, sun = _take_sun(light)
     light = light.repeat(-(-SHAPE[1] // cols), 1)  # lobes cannot be fitted to a dome of few pixels
     shape = min(max(rows, SHAPE[0]), SHAPE_READ[0]), min(light.shape[1], SHAPE_READ[1])

@@ -329,7 +329,7 @@ class PagedLighting(Lighting):
             return super()._sky_of(sun, path)
         asked = sun, path
         if self._coming is None or self._coming[0] != asked:
-            self._coming = asked, self._thread.submit(_fitted_sky, sun, path, self.has_air)
+            self._coming = asked, self._thread.submit(_fitted_sky, sun, path, self.has_air, self.north_deg)
         self._is_late = not self._coming[1].done()
         return self.sky if self._is_late else self._coming[1].result()
 

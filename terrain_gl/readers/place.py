@@ -19,6 +19,8 @@ from .georeference import DEGREES, EVEN, Georeference, Placed
 from .raster import Spacing
 
 Point = tuple[float, float]
+_NORTH_STEP = 1e-4  # degrees of latitude over which the direction of north is measured
+_NORTH_DIGITS = 5
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,14 @@ class Place:
         east, north = self.spacing_m
         return self.to_lonlat((cols - 1) * east / 2, (rows - 1) * north / 2)
 
+    @property
+    def north_deg(self) -> float:
+        """Direction of true north in the middle of the map, in degrees clockwise from the grid's north (y).
+
+        0 if the coordinate system is unknown, or pyproj is missing.
+        """
+        return _north_of(self)
+
     def _turned(self, point: Point, direction: str) -> Point:
         if self.crs is None:
             raise UsageError("the map has no coordinate system: give it one with gdal_translate -a_srs")
@@ -132,6 +142,18 @@ def degrees(lon: float, lat: float) -> str:
     """Longitude and latitude as text: 46.50000° N 7.10000° E."""
     lon = (lon + 180) % 360 - 180
     return f"{abs(lat):.5f}° {'N' if lat >= 0 else 'S'} {abs(lon):.5f}° {'E' if lon >= 0 else 'W'}"
+
+
+@lru_cache(maxsize=16)
+def _north_of(place: Place) -> float:
+    try:
+        lon, lat = place.middle
+        step = _NORTH_STEP if lat < 0 else -_NORTH_STEP  # away from the pole
+        (x, y), (x1, y1) = place.from_lonlat(lon, lat), place.from_lonlat(lon, lat + step)
+    except TerrainError:
+        return 0.0
+    found = math.degrees(math.atan2((x1 - x) / step, (y1 - y) / step))
+    return round(found, _NORTH_DIGITS) + 0.0  # never -0
 
 
 @lru_cache(maxsize=16)

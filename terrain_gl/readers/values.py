@@ -159,7 +159,7 @@ def _grey(pixels: np.ndarray, raster: Raster) -> np.ndarray:
         is_grey = np.array_equal(others, first, equal_nan=raster.dtype.kind == "f")
     if not is_grey:
         may_be_packed = raster.colours == 3 and raster.dtype == np.uint8
-        packed = "if they pack heights, give --encoding (terrarium, mapbox, gsi); else " if may_be_packed else ""
+        packed = "if they pack heights, give --encoding terrarium, mapbox or gsi; else " if may_be_packed else ""
         names = raster.bands or ("",) * raster.colours
         raise TerrainError(f"{raster.name}: {listed(names)}: {packed}say which holds the heights, as with --band 1")
     return pixels[..., 0].astype(np.float64)

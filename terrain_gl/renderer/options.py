@@ -115,7 +115,7 @@ class FrameOptions:
     style
         One of `terrain_gl.shade.picture.STYLES`.
     sun
-        Azimuth, clockwise from north, and elevation, in degrees.
+        Azimuth, clockwise from true north, and elevation, in degrees.
     look
         How the land is coloured, one of `terrain_gl.light.climate.NAMES`; "auto": by the place that the file gives.
     voids
@@ -195,7 +195,7 @@ class FrameOptions:
         choices=LOOK_NAMES,
     )
     sun: tuple[float, float] = _option(
-        SUN, "picture", Flag("--sun", "sun", "degrees clockwise from north, and above the horizon", "AZ,EL")
+        SUN, "picture", Flag("--sun", "sun", "degrees clockwise from true north, and upwards", "AZ,EL")
     )
     sky: str | None = _option(
         None,

@@ -380,7 +380,9 @@ class Picture:
 
     def _wanted(self, look: Look, edge: int) -> Wanted:
         """The settings that all programs which colour a look share."""
-        uniforms = {"sun": towards_sun(*look.sun)} | surroundings.uniforms(self.terrain, look.water_m)
+        uniforms = {
+            "sun": towards_sun(look.sun[0] + self.terrain.heightmap.north_deg, look.sun[1])
+        } | surroundings.uniforms(self.terrain, look.water_m)
         uniforms["error_scale_px"] = look.error_scale_px or 0.0
         uniforms["bar"] = self.has_bar
         if look.contour_m is not None:

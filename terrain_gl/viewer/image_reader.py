@@ -31,7 +31,7 @@ class ImageReader:
 
     def _read(self, option: str, path: str) -> None:
         if path and option == "sky":
-            sky_seen((0.0, 0.0), path)
+            sky_seen((0.0, 0.0), path, north_deg=self._scene.heightmap.north_deg if self._scene.has_map else 0.0)
         elif path:
             photo = Photo(path, self._scene.settings.options.ramp_range)
             ground_seen(photo, self._scene.heightmap.georeference if self._scene.has_map else None)

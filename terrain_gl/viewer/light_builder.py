@@ -43,7 +43,9 @@ class LightBuilder:
     def _steps(self, picture: Picture, look: Look) -> Steps[None]:
         """First read the sky and ground images, then light the land; yields progress from 0 to 1."""
         if look.is_lit:
-            images: list[Future[Any]] = [self._thread.submit(sky_seen, look.sun, look.sky, picture.lighting.has_air)]
+            lighting = picture.lighting
+            asked = look.sun, look.sky, lighting.has_air, lighting.north_deg
+            images: list[Future[Any]] = [self._thread.submit(sky_seen, *asked)]
             if look.material:
                 images.append(self._thread.submit(ground_seen, look.material, picture.terrain.heightmap.georeference))
             try:

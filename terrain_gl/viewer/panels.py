@@ -172,7 +172,7 @@ class Panels:
         size = self._viewer.window.size
         with self._at_bottom(ui, "##map", size[0] - MARGIN * ui.scale, 1.0):
             bar = orientation.scale_bar(scene.controller, size, orientation.LONGEST_EM * ui.em)
-            orientation.show(ui, scene.controller.azimuth_deg, bar)
+            orientation.show(ui, scene.controller.azimuth_deg - scene.heightmap.north_deg, bar)
             place = pointer.place_under(*pointer.over_land) if pointer.over_land else None
             if place is not None:
                 for line in orientation.place_lines(scene.heightmap, place):

@@ -17,7 +17,7 @@ _DAY = datetime(2025, 8, 1)
 _SURROUNDINGS = "block: the map stands on a plain or in its sea; none: it hangs in the sky."
 _LOOK = "The colours of the land. auto: by the place that the file gives. Edits do not change the colours."
 _GRAIN = "Bumps below the posts' spacing near the eye, in the light alone; no geometry."
-_AZIMUTH = "Where the sun is, clockwise from north."
+_AZIMUTH = "Where the sun is, clockwise from true north."
 
 
 class PictureSection:

@@ -16,7 +16,7 @@ STEEPEST_DEG = 89.9
 
 @dataclass(frozen=True)
 class Pose:
-    """Place and direction of the camera: metres; degrees, azimuth clockwise from north."""
+    """Place and direction of the camera: metres; degrees, azimuth clockwise from the north of the grid."""
 
     eye: Vector
     azimuth_deg: float
