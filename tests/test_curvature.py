@@ -244,7 +244,9 @@ def test_rays_meet_the_plain_around_the_map_where_it_is(ctx):
         view.bind()
         kernel["u_edge_m"] = 40.0
 
-    told = ask(ctx, "shade/edge.glsl", "return vec4(plain_depth(a.xyz));", np.c_[rays, rays[:, 0]], bind=bind)[:, 0]
+    told = ask(
+        ctx, "shade/edge.glsl", "return vec4(plain_depth(Ray(vec3(0.0), a.xyz)));", np.c_[rays, rays[:, 0]], bind=bind
+    )[:, 0]
     across, below_m = np.square(rays[:, :2]).sum(1), camera.eye[2] - 40.0 + scene.terrain.base_m
     inside = np.square(rays[:, 2]) - 4e-6 * across * below_m
     meets = (rays[:, 2] < 0) & (inside > 1e-6)

@@ -7,6 +7,8 @@
 //   So the drop of a cell of the map is a plane, which adds no error.
 //   The drops lower a triangle in a cell of 2^j posts, j ≥ 1, more than the posts under it, by the cell's sag at most:
 //     4^j (s_x² + s_y²) / 8R       (docs/guarantee.md, section 8)
+//   A place (x, y, z) along the camera's axes is in the picture at (x/w, y/w). In perspective w = z. An orthographic
+//   camera has w = 1 m, and all its rays are parallel.
 // Python twins: gpu.layout.VIEW; reference.drop_m, reference.largest_sag_m
 
 #include "blocks/terrain.glsl"
@@ -16,12 +18,12 @@ layout(std140, binding = 1) uniform View {
     vec4 u_right, u_up, u_forward;  // unit vectors of the picture, xyz
     ivec2 u_eye_post;               // a post near the eye
     vec2 u_eye_offset_m;            // offset from that post to the eye
-    vec2 u_half_extent;             // largest |x/z|, |y/z| in the picture
+    vec2 u_half_extent;             // half the picture, across and up, in units of x/w and y/w
     ivec2 u_size_px;                // size of the whole picture in drawn pixels
     ivec2 u_first_px;               // lower left pixel of the piece that is drawn now
     float u_eye_z_m;                // the eye's height above the base; then the part of it that float32 loses
     float u_eye_z_rest_m;
-    float u_focal_px;               // pixels per unit of x/z
+    float u_focal_px;               // pixels per unit of y/w
     float u_tolerance_px;           // 0: every cell at full resolution
     int u_metric;                   // METRIC_...
     int u_cull;                     // leave out patches outside the picture
@@ -29,6 +31,9 @@ layout(std140, binding = 1) uniform View {
     float u_sag_m;                  // (s_x² + s_y²) / 8R
     vec2 u_bulge_m;                 // s_x² / 2R, s_y² / 2R
     ivec4 u_piece_px;               // xy: size of the piece that is drawn now, in drawn pixels; zw: of its viewport
+    vec2 u_centre;                  // x/w, y/w in the middle of the picture; 0 if the eye looks there
+    float u_aspect;                 // pixels per unit of x/w, relative to u_focal_px; 1 for square pixels
+    float u_depth_span_m;           // orthographic cameras: view depth from the nearest to the farthest land; else 0
 };
 
 #define METRIC_MAX 0
@@ -43,8 +48,18 @@ vec2 post_from_eye_m(ivec2 post) {
     return vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m;
 }
 
-// Distance of the near plane. Depth is reversed: near_m() / view depth.
-float near_m() { return u_clip_from_eye[3].z; }
+bool is_orthographic() { return u_depth_span_m > 0.0; }
+
+// What x and y are divided by, at a view depth.
+float w_at(float z) { return is_orthographic() ? 1.0 : z; }
+
+// Distance of the near plane. An orthographic camera shows all land in front of the eye.
+float near_m() { return is_orthographic() ? 0.0 : u_clip_from_eye[3].z; }
+
+// View depth of a value in the depth buffer. Depth is reversed: near_m() / z, or 1 - z / span.
+float view_depth_m(float depth) {
+    return is_orthographic() ? (1.0 - depth) * u_depth_span_m : near_m() / max(depth, 1e-30);
+}
 
 // The eye's height is the sum of two floats, because one is not precise enough. Each is subtracted on its own.
 float up_from_eye_m(float h_m) {

@@ -29,7 +29,7 @@ Material plain_material(vec2 place) {
 vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
     float high_m = max(rim_m_at(place) - u_edge_m, 1e-3);
     float thick_m = 0.25 * u_span_m + 1e-3;
-    float footprint = depth_m * 2.0 * u_half_extent.y / float(u_size_px.y);
+    float footprint = w_at(depth_m) * 2.0 * u_half_extent.y / float(u_size_px.y);
     float layer = noise(vec2(up_m / thick_m * 3.0, 7.0), 1.0, vec2(3.0 * footprint / thick_m, 0.0))
         + 0.6 * noise(vec2(up_m / thick_m * 9.0, 3.0), 1.0, vec2(9.0 * footprint / thick_m, 0.0));
     vec3 albedo = LOOK == GREY ? vec3(0.20)
@@ -68,16 +68,18 @@ float plain_cover(float distance_m) {
 }
 
 #if EDGE > 0 && PIXELS == OPEN
-vec3 sky_colour(vec3 direction) { return tone_mapped(u_exposure * open_sky(direction)); }
+vec3 sky_colour(Ray ray) { return tone_mapped(u_exposure * open_sky(ray.along)); }
 #elif EDGE > 0
-vec3 sky_colour(vec3 direction) {
-    vec3 ray = direction / dot(direction, u_forward.xyz);  // its component along the view is 1
+vec3 sky_colour(Ray ray) {
+    vec3 direction = ray.along;
+    ray.along = direction / dot(direction, u_forward.xyz);  // its component along the view is 1
     vec2 place;
     float wall = wall_depth(ray, place), plain = plain_depth(ray);
     if (wall < 0.0 && plain < 0.0) return tone_mapped(u_exposure * open_sky(direction));
-    float depth = wall > 0.0 ? wall : plain, distance_m = depth * length(ray);
-    float up_m = ray.z * depth + drop_m(ray.xy * depth) + u_eye_z_m + u_eye_z_rest_m;
-    vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(ray.xy * depth, -direction);
+    float depth = wall > 0.0 ? wall : plain, distance_m = is_orthographic() ? 0.0 : depth * length(ray.along);
+    vec3 at_m = ray.start + ray.along * depth;
+    float up_m = at_m.z + drop_m(at_m.xy) + u_eye_z_m + u_eye_z_rest_m;
+    vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(at_m.xy, -direction);
     light = hazed(light, direction, distance_m);
     // the plain fades into the sky, so there is no line at the horizon
     return tone_mapped(u_exposure * mix(light, low_sky(direction), plain_cover(distance_m)));

@@ -10,7 +10,7 @@ vec3 land_colour(Ground g, vec3 light, float distance_m) {
 }
 
 #if EDGE == 0
-vec3 sky_colour(vec3 direction) { return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction))); }
+vec3 sky_colour(Ray ray) { return tone_mapped(u_exposure * (sky_light(ray.along) + sun_disc(ray.along))); }
 #endif
 
 // Dither by up to half a step of 8 bits, so that the sky and smooth land show no bands.

@@ -1,9 +1,11 @@
 // lod/project.glsl — from metres of vertical error to pixels, as a bound over a box.
 //   A point has camera coordinates (x, y, z); z is its depth.
 //   It moves vertically by δ metres, along v = (v_x, v_y, v_z) in the camera's axes. On the screen it moves by
-//       K |δ| |(v_x − x/z · v_z, v_y − y/z · v_z)| / z',      z' = z + δ v_z,     K the focal length in pixels.
-//   Over a box: the third factor is convex in (x/z, y/z), so it is largest at a corner of the box's projection.
-//   z' is at least the nearest corner's depth minus |δ v_z|.
+//       K |δ| |(a (v_x − x/w · v_w), v_y − y/w · v_w)| / w',      w' = w + δ v_w
+//   In perspective w = z and v_w = v_z; an orthographic camera has w = 1 and v_w = 0. K are the pixels per unit of
+//   y/w, and a K those per unit of x/w.
+//   Over a box: the third factor is convex in (x/w, y/w), so it is largest at a corner of the box's projection.
+//   w' is at least the nearest corner's w minus |δ v_w|.
 //   Only points in the picture count, so the rectangle ends at the picture's edges, and the depth at the near plane.
 // Provides Box, Projection, project(), error_px(), pixels_across(), post_weight().
 // Python twins: reference.project_boxes, reference.error_px, reference.post_weights; for a point camera.screen_shift_px
@@ -22,9 +24,9 @@ struct Box {
 struct Projection {
     bool outside;     // no part of the box is in the picture
     bool inside;      // the whole box is in the picture
-    float nearest_m;  // smallest depth of a point in the picture
+    float nearest_m;  // smallest w of a point in the picture
     float stretch;    // largest value of the third factor
-    float middle_m;   // depth of the box's centre, at least nearest_m
+    float middle_m;   // w of the box's centre, at least nearest_m
     float sag_m;      // what curvature and rounding add to errors in the box: 0, unless the caller sets it
 };
 
@@ -35,7 +37,15 @@ Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
         vec3(high, up_from_eye_m(range_m.y) - drop_m(nearest)));
 }
 
+// How much w grows where a point rises by one metre.
+float vertical_w() { return is_orthographic() ? 0.0 : u_forward.z; }
+
 vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
+
+// Bounds the rounding errors of `beyond`, at a place whose coordinates have the errors `slack`.
+vec2 slack_of_edges(float slack, vec2 extent) {
+    return is_orthographic() ? slack + COORDINATE_SLACK * extent : slack * (1.0 + extent);
+}
 
 // `margin` ≥ 1 widens the frustum: a box outside a wide frustum is outside a narrow one, in spite of rounding.
 Projection project(Box box, float margin) {
@@ -44,37 +54,42 @@ Projection project(Box box, float margin) {
     // How far the corners lie beyond the picture's right, top, left and bottom: minimum and maximum over the corners.
     vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);
     float nearest = 1e30, farthest = -1e30, near = near_m();
+    vec2 extent = abs(u_centre) + u_half_extent;
     vec2 low = vec2(1e30), high = vec2(-1e30);
     for (int i = 0; i < 8; i++) {
         vec3 p = mix(box.low, box.high, bvec3(i & 1, i & 2, i & 4));  // with bvec3, mix() selects and does not round
         vec3 q = to_camera(p);
         float slack = COORDINATE_SLACK * margin * (abs(p.x) + abs(p.y) + abs(p.z));
-        vec4 beyond = vec4(q.xy, -q.xy) - (u_half_extent * q.z).xyxy, slack_beyond = slack * (1.0 + u_half_extent.xyxy);
+        float w = w_at(q.z);
+        vec2 aside = q.xy - u_centre * w;
+        vec4 beyond = vec4(aside, -aside) - (u_half_extent * w).xyxy, slack_beyond = slack_of_edges(slack, extent).xyxy;
         least_beyond = min(least_beyond, beyond - slack_beyond);
         most_beyond = max(most_beyond, beyond + slack_beyond);
         nearest = min(nearest, q.z - slack);
         farthest = max(farthest, q.z + slack);
-        low = min(low, q.xy / q.z);
-        high = max(high, q.xy / q.z);
+        low = min(low, q.xy / w);
+        high = max(high, q.xy / w);
     }
     bool all_near = farthest < near, any_near = nearest < near;
-    vec2 extent = u_half_extent * 1.0001;
+    extent *= 1.0001;
+    vec2 first = u_centre - u_half_extent * 1.0001, last = u_centre + u_half_extent * 1.0001;
     if (any_near) {
-        low = -extent;
-        high = extent;
+        low = first;
+        high = last;
     }
-    low = clamp(low, -extent, extent);
-    high = clamp(high, -extent, extent);
-    vec3 v = vec3(u_right.z, u_up.z, u_forward.z);
+    low = clamp(low, first, last);
+    high = clamp(high, first, last);
+    vec3 v = vec3(u_right.z, u_up.z, vertical_w());
     vec2 a = abs(v.xy - low * v.z), b = abs(v.xy - high * v.z);
     Projection projection;
     projection.outside = all_near || any(greaterThan(least_beyond, vec4(0.0)));
     projection.inside = !any_near && all(lessThanEqual(most_beyond, vec4(0.0)));
-    projection.nearest_m = max(nearest, 0.999 * near);
-    projection.middle_m = max(projection.nearest_m, dot(u_forward.xyz, 0.5 * (box.low + box.high)));
+    projection.nearest_m = w_at(max(nearest, 0.999 * near));
+    projection.middle_m = max(projection.nearest_m, w_at(dot(u_forward.xyz, 0.5 * (box.low + box.high))));
     projection.sag_m = 0.0;
     // if the view is vertical the two parts of the difference cancel, but not their rounding errors
-    projection.stretch = length(max(a, b)) + COORDINATE_SLACK * (1.0 + dot(extent, extent));
+    projection.stretch = length(max(a, b) * vec2(u_aspect, 1.0))
+        + COORDINATE_SLACK * max(u_aspect, 1.0) * (1.0 + (is_orthographic() ? 0.0 : dot(extent, extent)));
     return projection;
 }
 
@@ -82,7 +97,7 @@ Projection project(Box box, float margin) {
 float error_px(Projection p, float size_m, float max_m) {
     size_m += p.sag_m;
     if (size_m == 0.0) return 0.0;
-    float depth = p.nearest_m - (max_m + p.sag_m) * abs(u_forward.z);
+    float depth = p.nearest_m - (max_m + p.sag_m) * abs(vertical_w());
     return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK;
 }
 

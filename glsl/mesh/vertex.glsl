@@ -31,7 +31,7 @@ void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     v_from_eye_m = vec3(at_m, up_from_eye_m(h_m) - drop_between_m(at_m, between));
     v_of_patch = words_of(p);
     gl_Position = in_viewport(u_clip_from_eye * vec4(v_from_eye_m, 1.0));
-    gl_ClipDistance[0] = gl_Position.w - near_m();
+    gl_ClipDistance[0] = (is_orthographic() ? dot(u_forward.xyz, v_from_eye_m) : gl_Position.w) - near_m();
 }
 
 #else

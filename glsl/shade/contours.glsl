@@ -33,8 +33,7 @@ float contour_cover(float level, float rise, float width_px) {
 
 // Height of the place that a sample sees.
 float height_of_sample_m(int i) {
-    vec3 ray = ray_at(offset_of_sample(i));
-    vec3 at_m = ray * (near_m() / texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x);
+    vec3 at_m = place_of_sample_m(i, texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x);
     precise float h_m = (at_m.z + drop_m(at_m.xy) + u_eye_z_rest_m) + u_eye_z_m;
     return h_m;
 }
@@ -42,9 +41,9 @@ float height_of_sample_m(int i) {
 // Metres of height that one pixel spans on the plane of the ground. This is used where few samples see the ground, and
 // where the land is so flat that depths are too coarse.
 float rise_of_plane_m(Ground g) {
-    float pixel_m = dot(-g.towards_eye, u_forward.xyz) * g.distance_m / u_focal_px;
+    float pixel_m = w_at(dot(-g.towards_eye, u_forward.xyz) * g.distance_m) / u_focal_px;
     vec3 normal = seen_normal(g.fine.slope, g.from_eye_m);
-    vec2 right = slide_to_ground(u_right.xyz * pixel_m, -g.towards_eye, normal) * u_spacing_m;
+    vec2 right = slide_to_ground(u_right.xyz * (pixel_m / u_aspect), -g.towards_eye, normal) * u_spacing_m;
     vec2 up = slide_to_ground(u_up.xyz * pixel_m, -g.towards_eye, normal) * u_spacing_m;
     return length(vec2(dot(g.fine.slope, right), dot(g.fine.slope, up)));
 }

@@ -9,7 +9,7 @@ vec3 ground_colour(Ground g, int sample_) {
     return tint * (0.40 + 0.75 * clay(g)) * (1.0 - 0.4 * d.border);
 }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.93); }
+vec3 sky_colour(Ray ray) { return vec3(0.93); }
 
 vec4 colour_of_pixel() {
     for (int i = 0; i < SAMPLES; i++)

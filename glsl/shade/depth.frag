@@ -5,12 +5,12 @@
 
 #include "shade/samples.glsl"
 
-float view_depth_m(Ground g) { return max(dot(g.from_eye_m, u_forward.xyz), 0.0); }
+float depth_of_ground_m(Ground g) { return max(dot(g.from_eye_m, u_forward.xyz), 0.0); }
 
 #ifdef EXACT
 uniform float u_exaggeration;
 
-vec3 ground_colour(Ground g, int sample_) { return vec3(u_exaggeration * view_depth_m(g)); }
+vec3 ground_colour(Ground g, int sample_) { return vec3(u_exaggeration * depth_of_ground_m(g)); }
 
 vec4 colour_of_pixel() {
     vec3 sum = pixel_colour();
@@ -19,12 +19,12 @@ vec4 colour_of_pixel() {
 #else
 vec3 ground_colour(Ground g, int sample_) {
     float half_m = 0.25 * length(vec2(u_last_post) * u_spacing_m);
-    return vec3(half_m / (half_m + view_depth_m(g)));
+    return vec3(half_m / (half_m + depth_of_ground_m(g)));
 }
 
 vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
 #endif
 
-vec3 sky_colour(vec3 direction) { return vec3(0.0); }
+vec3 sky_colour(Ray ray) { return vec3(0.0); }
 
 #include "shade/pixel.glsl"

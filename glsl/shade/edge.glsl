@@ -6,7 +6,7 @@
 //                 `-._       ____/‾‾\__ /         meets the wall there; a ray that reaches the
 //   ____________________`-._|__________|_______  u_edge_m     plain first meets the plain
 //
-// Provides EDGE, wall_normal(), surroundings_at(), wall_depth(), plain_depth(), rim_m_at().
+// Provides EDGE, Ray, wall_normal(), surroundings_at(), wall_depth(), plain_depth(), rim_m_at().
 
 #include "blocks/view.glsl"
 
@@ -14,14 +14,20 @@
 #define EDGE 0  // 1: the plain is drawn; 2: the wall, too. From an eye above the map, no ray meets the wall
 #endif
 
+struct Ray {
+    vec3 start, along;  // metres from the eye; 0 in perspective
+};
+
 uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
 
 // The view depth t at which a ray meets the plain; negative if it does not.
 // The ray's component along the view is 1.
 // The plain has the drop of the land, so t is the smaller solution of
 //   u_bend_per_m (x² + y²) t² + z t = u_edge_m - eye.
-float plain_depth(vec3 ray) {
-    float down_m = up_from_eye_m(u_edge_m), inside = ray.z * ray.z + 4.0 * drop_m(ray.xy) * down_m;
+// For parallel rays the ground is flat.
+float plain_depth(Ray seen) {
+    vec3 ray = seen.along;
+    float down_m = up_from_eye_m(u_edge_m) - seen.start.z, inside = ray.z * ray.z + 4.0 * drop_m(ray.xy) * down_m;
     return down_m < 0.0 && ray.z < 0.0 && inside >= 0.0 ? 2.0 * down_m / (ray.z - sqrt(inside)) : -1.0;
 }
 
@@ -40,21 +46,24 @@ float rim_m_at(vec2 place) {
 
 // The view depth at which a ray from outside enters the map's rectangle;
 // negative if it does not, or if it meets the plain first.
-float entry_depth(vec3 ray) {
-    vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
+float entry_depth(Ray seen) {
+    vec3 ray = seen.along;
+    vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)) - seen.start.xy;
+    vec2 high = post_from_eye_m(ivec2(u_last_post.x, 0)) - seen.start.xy;
     if (all(lessThan(low, vec2(0.0))) && all(greaterThan(high, vec2(0.0)))) return -1.0;
     vec2 along = mix(ray.xy, vec2(1e-12), lessThan(abs(ray.xy), vec2(1e-12)));
     vec2 a = low / along, b = high / along, first = min(a, b), last = max(a, b);
-    float near = max(first.x, first.y), plain = plain_depth(ray);
+    float near = max(first.x, first.y), plain = plain_depth(seen);
     return near > 0.0 && near < min(last.x, last.y) && !(plain > 0.0 && plain < near) ? near : -1.0;
 }
 
 // The view depth at which a ray meets the wall below the rim, negative if it does not; and the place on the rim there.
-float wall_depth(vec3 ray, out vec2 place) {
+float wall_depth(Ray ray, out vec2 place) {
     float entry = entry_depth(ray);
-    place = rim_place(entry * ray.xy, post_from_eye_m(ivec2(0, u_last_post.y)));
-    float rim_m = up_from_eye_m(rim_m_at(place)) - drop_m(entry * ray.xy);
-    return EDGE == 2 && entry > 0.0 && ray.z * entry < rim_m ? entry : -1.0;
+    vec3 at_m = ray.start + entry * ray.along;
+    place = rim_place(at_m.xy, post_from_eye_m(ivec2(0, u_last_post.y)));
+    float rim_m = up_from_eye_m(rim_m_at(place)) - drop_m(at_m.xy);
+    return EDGE == 2 && entry > 0.0 && at_m.z < rim_m ? entry : -1.0;
 }
 
 vec3 wall_normal(vec2 place) {
@@ -64,7 +73,7 @@ vec3 wall_normal(vec2 place) {
 }
 
 // For a ray that meets no land: 0 if it meets nothing, 1 for the plain, other numbers for the four walls.
-int surroundings_at(vec3 ray) {
+int surroundings_at(Ray ray) {
     vec2 place;
     if (EDGE == 2 && wall_depth(ray, place) > 0.0) return 4 + int(dot(wall_normal(place), vec3(1.0, 2.0, 0.0)));
     return EDGE > 0 && plain_depth(ray) > 0.0 ? 1 : 0;

@@ -18,7 +18,7 @@ vec3 ground_colour(Ground g, int sample_) {
     return error_colour(worst_px) * (0.65 + 0.35 * clay(g));
 }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.60); }
+vec3 sky_colour(Ray ray) { return vec3(0.60); }
 
 uniform bool u_bar;
 

@@ -1,5 +1,5 @@
 // shade/footprint.glsl — the footprint of a pixel: the part of the map that it sees.
-//   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels.
+//   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels. (For an orthographic camera, 1/K.)
 //   Projected along the view ray onto the plane of the ground, it is a parallelogram with sides u and v on the map.
 //   The footprint is the box around the ellipse inside this parallelogram. Its half sides are √(u² + v²)/2,
 //   for columns and for rows.
@@ -64,15 +64,21 @@ vec2 slide_to_ground(vec3 side_m, vec3 ray, vec3 normal) {
     return (side_m - ray * (dot(side_m, normal) / slant)).xy / u_spacing_m;
 }
 
+// Direction of the ray that sees a place.
+vec3 direction_to(vec3 place_m) { return is_orthographic() ? u_forward.xyz : normalize(place_m); }
+
+// Metres that a pixel is high, at a view depth.
+float pixel_at(float depth_m) { return w_at(max(depth_m, near_m())) * 2.0 * u_half_extent.y / float(u_size_px.y); }
+
 // The footprint of a pixel that sees this place.
 Ground footprint_at(vec2 post) {
     Ground g;
     g.post = post;
     vec3 place_m = place_from_eye_m(post, height_m(ivec2(post)));
-    float pixel_m = max(dot(place_m, u_forward.xyz), near_m()) * 2.0 * u_half_extent.y / float(u_size_px.y);
+    float pixel_m = pixel_at(dot(place_m, u_forward.xyz));
     vec2 around = max(vec2(4.0), 3.0 * pixel_m / u_spacing_m);
-    vec3 ray = normalize(place_m), normal = seen_normal(rough_relief(post, around).slope, place_m);
-    g.u = slide_to_ground(u_right.xyz * pixel_m, ray, normal);
+    vec3 ray = direction_to(place_m), normal = seen_normal(rough_relief(post, around).slope, place_m);
+    g.u = slide_to_ground(u_right.xyz * (pixel_m / u_aspect), ray, normal);
     g.v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
     g.extent = clamp(sqrt(g.u * g.u + g.v * g.v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
     return g;
@@ -80,27 +86,29 @@ Ground footprint_at(vec2 post) {
 
 // The offset from a place to the point where the ray meets the mean ground;
 // 0 near the eye, where the place itself is used.
-vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, vec3 ray, vec2 extent) {
-    vec3 place_m = place_from_eye_m(post, h_m), normal = seen_normal(slope, place_m);
+vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, Ray seen, vec2 extent) {
+    vec3 place_m = place_from_eye_m(post, h_m), normal = seen_normal(slope, place_m), ray = seen.along;
+    place_m -= seen.start;
     vec3 aside = ray * (dot(place_m, normal) / min(dot(ray, normal), -GRAZING)) - place_m;
     vec2 shift = vec2(aside.x, -aside.y) / u_spacing_m;
     return shift * min(1.0, 1.0 / max(length(shift / extent), 1e-6)) * farness(extent);
 }
 
 // The ground under the footprint around a place that samples see along this ray.
-Ground ground_under(Ground g, vec2 post, vec3 ray) {
+Ground ground_under(Ground g, vec2 post, Ray ray) {
     g.fine = relief_of(post, RELIEF * g.extent);
     vec2 shift = shift_to_plane(post, g.fine.height_m, g.fine.slope, ray, g.extent);
     g.post = clamp(post + shift, vec2(0.0), vec2(u_last_post));
     g.fine.height_m += dot(g.fine.slope, vec2(shift.x, -shift.y) * u_spacing_m);
     g.from_eye_m = place_from_eye_m(g.post, g.fine.height_m);
-    g.distance_m = max(length(g.from_eye_m), 1e-6);
-    g.towards_eye = -g.from_eye_m / g.distance_m;
+    // there is no air before an orthographic camera: its eye is infinitely far away
+    g.distance_m = is_orthographic() ? 1e-6 : max(length(g.from_eye_m), 1e-6);
+    g.towards_eye = is_orthographic() ? -u_forward.xyz : -g.from_eye_m / g.distance_m;
     return g;
 }
 
 // The part of the footprint that one sample sees, on a plane with the slope of the whole footprint.
-vec2 part_on_plane(Ground g, vec2 post, vec3 ray) {
+vec2 part_on_plane(Ground g, vec2 post, Ray ray) {
     vec2 sides = min(PART * g.extent, LARGEST_BOX_POSTS);
     float h_m = rough_relief(post, sides).height_m;
     return clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));

@@ -17,6 +17,6 @@ vec3 ground_colour(Ground g, int sample_) { return 0.5 + 0.5 * normal_of(g.fine.
 vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
 #endif
 
-vec3 sky_colour(vec3 direction) { return vec3(0.0); }
+vec3 sky_colour(Ray ray) { return vec3(0.0); }
 
 #include "shade/pixel.glsl"

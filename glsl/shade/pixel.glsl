@@ -8,7 +8,7 @@
 #ifndef SHOWN
 #define SHOWN
 #endif
-vec3 sky_colour(vec3 direction) { return SKY_COLOUR; }
+vec3 sky_colour(Ray ray) { return SKY_COLOUR; }
 
 vec4 colour_of_pixel() { return vec4(SHOWN(pixel_colour()), 1.0); }
 #endif

@@ -8,7 +8,7 @@
 #include "shade/contours.glsl"
 
 vec3 ground_colour(Ground g, int sample_);
-vec3 sky_colour(vec3 direction);
+vec3 sky_colour(Ray ray);
 
 // Ground that samples see, given as bits, with its contour lines.
 vec3 drawn_colour(Ground g, int samples) { return contoured(ground_colour(g, findLSB(samples)), g, samples); }

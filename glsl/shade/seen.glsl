@@ -2,7 +2,8 @@
 //   Depth and ray give the place on the map that the sample sees.
 //   depth d = near / z, and 0 for the sky         z: metres along the view
 //   place  = eye + z (forward + x right + y up)    x, y: where the sample is in the picture
-// Provides SAMPLES, FRAG_COORD, find_hidden(), post_of_sample(), is_sky(), view_ray().
+//   The rays of an orthographic camera are parallel: d = 1 − z / span, place = (eye + x right + y up) + z forward.
+// Provides SAMPLES, FRAG_COORD, find_hidden(), place_of_sample_m(), post_of_sample(), is_sky(), view_ray().
 
 #include "blocks/view.glsl"
 #include "shade/edge.glsl"
@@ -37,13 +38,19 @@ vec4 g_frag_coord;
 
 vec2 offset_of_sample(int i) { return SAMPLES == 4 ? SAMPLE_AT[i] : vec2(0.0); }
 
-// The ray through a place in the pixel; its component along the view is one metre.
-vec3 ray_at(vec2 offset_px) {
-    vec2 at = ((picture_px(FRAG_COORD) + offset_px) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
-    return u_forward.xyz + at.x * u_right.xyz + at.y * u_up.xyz;
+// The ray through a place in the pixel. The component of `along` in the direction of the view is one metre.
+Ray ray_at(vec2 offset_px) {
+    vec2 at = ((picture_px(FRAG_COORD) + offset_px) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent + u_centre;
+    if (is_orthographic()) return Ray(at.x * u_right.xyz + at.y * u_up.xyz, u_forward.xyz);
+    return Ray(vec3(0.0), u_forward.xyz + at.x * u_right.xyz + at.y * u_up.xyz);
 }
 
-vec3 view_ray(vec2 offset_px) { return normalize(ray_at(offset_px)); }
+// The same ray; `along` has length one.
+Ray view_ray(vec2 offset_px) {
+    Ray ray = ray_at(offset_px);
+    ray.along = normalize(ray.along);
+    return ray;
+}
 
 int g_hidden = 0;  // samples, as bits, that see a wall of the map's block, and not the land behind it
 
@@ -55,10 +62,16 @@ void find_hidden() {
 #endif
 }
 
+// The place that a sample sees, metres from the eye.
+vec3 place_of_sample_m(int i, float depth) {
+    Ray ray = ray_at(offset_of_sample(i));
+    return ray.start + ray.along * view_depth_m(depth);
+}
+
 // Column and row of the place on the map; negative for the sky, and for the surroundings of the map.
 vec2 post_of_sample(int i) {
     float depth = texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
-    vec2 from_eye_m = ray_at(offset_of_sample(i)).xy * (near_m() / max(depth, 1e-30)) + u_eye_offset_m;
+    vec2 from_eye_m = place_of_sample_m(i, depth).xy + u_eye_offset_m;
     vec2 post = vec2(u_eye_post) + vec2(from_eye_m.x, -from_eye_m.y) / u_spacing_m;
     bool is_land = depth > 0.0 && (g_hidden >> i & 1) == 0;
     return is_land ? clamp(post, vec2(0.0), vec2(u_last_post)) : vec2(-1.0);

@@ -6,7 +6,7 @@ out vec4 out_colour;
 
 vec3 ground_colour(Ground g, int sample_) { return vec3(0.0); }
 
-vec3 sky_colour(vec3 direction) { return vec3(0.0); }
+vec3 sky_colour(Ray ray) { return vec3(0.0); }
 
 void main() {
     float edge = 0.0;

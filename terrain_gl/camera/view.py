@@ -10,7 +10,7 @@ from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..gpu.passes import Resources
 from ..terrain import Terrain
-from .camera import Camera, clip_from_eye
+from .camera import Camera, clip_from_eye, depth_span_m
 from .pieces import Piece
 
 _FIELDS = layout.VIEW.names or ()
@@ -23,7 +23,7 @@ class ViewBlock:
     Attributes
     ----------
     reach_m
-        Metres from the eye to the corners of the near plane.
+        Metres from the eye to the corners of the near plane; infinite for an orthographic camera.
     viewport
         OpenGL's viewport for the mesh of the current piece: left, bottom, width, height in drawn pixels. It has a
         margin around the piece (`margin_px`), because Mesa's software renderer cuts triangles at the viewport's rim.
@@ -36,6 +36,7 @@ class ViewBlock:
         self._values: dict[str, Any] = {}  # the block's fields, by name
         self._clip_from_eye: list[list[float]] = []  # projection of the whole picture, row by row
         self._piece: Piece | None = None  # the piece whose view the buffer holds
+        self._near_m = 0.0
         self._largest_px = gl.limits(ctx)["viewport_size"]
         self.viewport = (0, 0, 0, 0)
 
@@ -48,6 +49,7 @@ class ViewBlock:
         eye_z_m = z - terrain.base_m
         col, row = _post(x / east), _post((row_zero_north - y) / north)
         right, up, forward = camera.axes.tolist()
+        span_m = depth_span_m(camera, terrain.heightmap)
         values = {
             "right": (*right, 0.0),
             "up": (*up, 0.0),
@@ -61,10 +63,15 @@ class ViewBlock:
             "bend_per_m": bend_per_m,
             "sag_m": bend_per_m * (east**2 + north**2) / 4 * (1 + 1e-6),
             "bulge_m": (bend_per_m * east**2, bend_per_m * north**2),
+            "centre": camera.centre,
+            "aspect": camera.aspect(size),
+            "depth_span_m": span_m,
         }
         self._values = _SETTINGS | settings | values
-        self.reach_m = near_m * math.hypot(1.0, *camera.half_extent(size))
-        self._clip_from_eye = clip_from_eye(camera, size, near_m).tolist()
+        corner = (half + abs(middle) for half, middle in zip(camera.half_extent(size), camera.centre, strict=True))
+        self.reach_m = math.inf if camera.is_orthographic else near_m * math.hypot(1.0, *corner)
+        self._clip_from_eye = clip_from_eye(camera, size, near_m, span_m).tolist()
+        self._near_m = near_m
         self._piece = None
         self.crop(Piece.whole(size))
 
@@ -75,8 +82,15 @@ class ViewBlock:
 
     @property
     def focal_px(self) -> float:
-        """Pixels per unit of x/z."""
+        """Pixels per unit of y/w."""
         return float(self._values["focal_px"])
+
+    def depths_m(self, depths: np.ndarray) -> np.ndarray:
+        """View depths of values of the depth buffer, in float64; infinite for 0, the sky."""
+        wide = depths.astype(np.float64)
+        near_m, span_m = self._near_m, float(self._values["depth_span_m"])
+        away = (1 - wide) * span_m if span_m else near_m / np.where(wide > 0, wide, 1.0)
+        return np.where(wide > 0, away, np.inf)
 
     def move(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float) -> None:
         """Look from another camera at the mesh that was chosen for the last camera."""

@@ -36,8 +36,10 @@ class Allocation(NamedTuple):
 
 def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> Pinhole:
     """A camera and its picture as a `Pinhole` of the reference."""
+    lens = camera.centre, camera.aspect(size), camera.is_orthographic
     extent = camera.half_extent(size)
-    return Pinhole(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), extent, near_m, camera.bend_per_m)
+    seen = np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), extent, near_m, camera.bend_per_m
+    return Pinhole(*seen, *lens)
 
 
 def quads_within(
@@ -151,7 +153,7 @@ def _squares_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarr
 def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: Pinhole) -> list[np.ndarray]:
     """For each level, the nodes whose box is not entirely outside one side of the frustum."""
     north = np.arange(len(heights))[::-1] * spacing_m[1]
-    tan_x, tan_y = view.half_extent
+    (tan_x, tan_y), (middle_x, middle_y) = view.half_extent, view.centre
 
     def seen(posts: np.ndarray, north: np.ndarray, level: int) -> np.ndarray:
         y, x = node_axes(posts.shape, level)
@@ -161,7 +163,9 @@ def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: 
         for cols, rows, z in ends:
             east, y_m = np.meshgrid(cols * spacing_m[0], north[rows])
             right, up, depth = to_camera(view, np.stack([east, y_m, z]))
-            a, b = tan_x * depth, tan_y * depth
+            w = view.w_at(depth)
+            right, up = right - middle_x * w, up - middle_y * w
+            a, b = tan_x * w, tan_y * w
             beyond &= np.stack([right > a, -right > a, up > b, -up > b, depth < view.near_m])
         return ~np.logical_or.reduce(beyond)
 

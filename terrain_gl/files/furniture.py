@@ -132,7 +132,7 @@ def land_ahead_m(land: Heightmap, camera: Camera) -> float:
 
 def metres_of(size: tuple[int, int], camera: Camera, away_m: float) -> tuple[float, float]:
     """The length of the scale bar: 1, 2 or 5 times a power of ten, in metres, and in pixels at this distance."""
-    m_per_px = away_m / camera.focal_px(size[1])
+    m_per_px = (1.0 if camera.is_orthographic else away_m) / (camera.focal_px(size[1]) * camera.aspect(size))
     most = _PART * size[0] * m_per_px
     power = 10.0 ** math.floor(math.log10(most))
     length = next(digit * power for digit in (5, 2, 1) if digit * power <= most * (1 + 1e-9))

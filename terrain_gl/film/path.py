@@ -195,6 +195,9 @@ def _vector(values: np.ndarray) -> Vector:
 def _check(keyframes: Sequence[Keyframe], closed: bool, seconds: float | None) -> None:
     if not 2 <= len(keyframes) <= MAX_KEYFRAMES:
         raise UsageError(f"a path takes 2 to {MAX_KEYFRAMES} keyframes, got {len(keyframes)}")
+    for i, keyframe in enumerate(keyframes, 1):
+        if keyframe.camera.lens:
+            raise UsageError(f"keyframe {i}: a path has no lenses: give Camera(eye, target, fov_deg)")
     for name in ("seconds", "sun"):
         named = [getattr(keyframe, name) is not None for keyframe in keyframes]
         if any(named) and not all(named):

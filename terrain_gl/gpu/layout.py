@@ -129,6 +129,9 @@ VIEW = np.dtype(
         ("sag_m", "f4"),
         ("bulge_m", "2f4"),
         ("piece_px", "4i4"),
+        ("centre", "2f4"),
+        ("aspect", "f4"),
+        ("depth_span_m", "f4"),
     ]
 )
 

@@ -81,14 +81,15 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
         return NO_HIDING
     if goal.has_holes and heightmap.voids:  # a sight line may pass through a hole and then under a ridge
         return NO_HIDING
-    focal_px = camera.focal_px(size[1])
+    if camera.is_orthographic:  # the horizon is that of one eye
+        return NO_HIDING
+    focal_px = camera.focal_px(size[1]) * min(1.0, camera.aspect(size))
     tan_off = tan_between(farthest_px + SNAP_PX, focal_px)
     if tan_off is None:
         return NO_HIDING
-    half = camera.half_extent(size)
     # at the near plane, the surface may be drawn this much too high, as a fraction of the plane's distance
     # (lod/project.glsl)
-    drawn_off = farthest_px / (focal_px * min(1.0, math.hypot(*half)))
+    drawn_off = farthest_px / (focal_px * _least_stretch(camera, size))
     if not is_above_ground(terrain, view.eye[0], view.eye[2], view.reach_m * (1.0 + drawn_off)):
         return NO_HIDING
     uniforms = {
@@ -97,6 +98,16 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
         "tan_off": tan_off,
     }
     return Hiding(uniforms, farthest_px, camera)
+
+
+def _least_stretch(camera: Camera, size: tuple[int, int]) -> float:
+    """A lower bound of the largest `stretch` of a picture's corners (lod/project.glsl), without the aspect."""
+    half = camera.half_extent(size)
+    if camera.centre == (0.0, 0.0):
+        return min(1.0, math.hypot(*half))
+    x, y, w = camera.vertical.tolist()
+    sides = (abs(v - middle * w) + tan * abs(w) for v, middle, tan in zip((x, y), camera.centre, half, strict=True))
+    return math.hypot(*sides)
 
 
 def tan_between(apart_px: float, focal_px: float) -> float | None:
@@ -131,10 +142,12 @@ def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_
 def sectors_in_picture(camera: Camera, size: tuple[int, int]) -> tuple[int, int]:
     """The first sector in a picture, and the one after the last; all sectors if it shows straight down or up."""
     right, up, forward = camera.axes
-    tan_x, tan_y = camera.half_extent(size)
-    if abs(right[2]) <= tan_x * abs(forward[2]) and abs(up[2]) <= tan_y * abs(forward[2]):
+    (tan_x, tan_y), (middle_x, middle_y) = camera.half_extent(size), camera.centre
+    aside = abs(right[2] - middle_x * forward[2]), abs(up[2] - middle_y * forward[2])
+    if aside[0] <= tan_x * abs(forward[2]) and aside[1] <= tan_y * abs(forward[2]):
         return 0, SECTORS
-    rays = [forward + x * tan_x * right + y * tan_y * up for x, y in itertools.product((-1, 1), repeat=2)]
+    corners = itertools.product((middle_x - tan_x, middle_x + tan_x), (middle_y - tan_y, middle_y + tan_y))
+    rays = [forward + x * right + y * up for x, y in corners]
     seen = [sector_of(forward[:2], ray[:2]) for ray in rays]
     if max(seen) - min(seen) > SECTORS / 2:  # the picture includes the direction where sectors begin
         return 0, SECTORS

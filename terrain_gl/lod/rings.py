@@ -213,11 +213,16 @@ class RingsSelector(OfPatches):
         heightmap = self.terrain.heightmap
         east, north = heightmap.spacing_m
         last = heightmap.cols - 1, heightmap.rows - 1
-        post = camera.eye[0] / east, last[1] - camera.eye[1] / north
+        x, y = camera.eye[:2]
+        if camera.is_orthographic:
+            x, y = _ground_ahead(camera, heightmap.extent_m, heightmap.range_m)
+        post = x / east, last[1] - y / north
         nearest = [min(max(at, 0.0), float(end)) for at, end in zip(post, last, strict=True)]
         ground_m = float(self.terrain.filled[round(nearest[1]), round(nearest[0])])
         beside_m = math.hypot((post[0] - nearest[0]) * east, (post[1] - nearest[1]) * north)
         away_m = max(beside_m, abs(camera.eye[2] - ground_m))
+        if camera.lens and camera.is_orthographic:  # the finest ring is about as wide as the picture
+            away_m = camera.lens.half[1]
         return rings_around(post, away_m, last, (east, north), self.terrain.coarsest_ring, across, left_out)
 
     def _begin(self, rings: list[Ring]) -> int:
@@ -336,6 +341,15 @@ class RingsSelector(OfPatches):
         self.patches = self._buffers["patches"]
         self.draws = self._buffers["draws"]
         self._most_blocks = blocks
+
+
+def _ground_ahead(camera: Camera, extent_m: tuple[float, float], range_m: tuple[float, float]) -> tuple[float, float]:
+    """Roughly the place in the middle of the picture; the map's middle if the view is about level."""
+    x, y, down = camera.axes[2]
+    if abs(down) < 0.01:
+        return 0.5 * extent_m[0], 0.5 * extent_m[1]
+    away_m = (0.5 * sum(range_m) - camera.eye[2]) / down
+    return camera.eye[0] + away_m * x, camera.eye[1] + away_m * y
 
 
 def _certified_px(mesh: Selection) -> float:

@@ -38,7 +38,10 @@ class DrawnPatches:
             terrain.use(drawn, np.zeros(len(drawn.low), np.int64))
 
     def areas(self) -> np.ndarray:
-        """Approximate size of the patches in the picture, up to a factor: projected area over distance squared."""
+        """Approximate size of the patches in the picture, up to a factor: projected area over distance squared.
+
+        For an orthographic camera: over 1 m².
+        """
         terrain = self.terrain
         heightmap = terrain.heightmap
         east, north = heightmap.spacing_m
@@ -46,10 +49,13 @@ class DrawnPatches:
         low, end = self.boxes
         col, row = ((low + end) // 2).T
         x, y = col * east, (heightmap.rows - 1 - row) * north
+        posts_m2 = np.prod(end - low, 1) * east * north
+        if self._camera.is_orthographic:
+            return posts_m2 * max(abs(float(self._camera.axes[2][2])), FLAT)
         up = np.abs(terrain.filled[row, col] - self._camera.drop_m(x, y) - eye[2])
         flat = np.hypot(x - eye[0], y - eye[1])
         distance = np.maximum(np.hypot(flat, up), 0.5 * min(east, north))
-        return np.prod(end - low, 1) * east * north * np.maximum(up, FLAT * distance) / distance**3
+        return posts_m2 * np.maximum(up, FLAT * distance) / distance**3
 
     def open_to(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
         """Which patches may become better with finer pages, and the finest level that is loaded under each patch.

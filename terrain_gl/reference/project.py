@@ -1,7 +1,8 @@
 """lod: from metres of height to pixels on the screen, at a point and bounded over a box.
 
-In the camera's axes (right, up, forward) a point has the coordinates (x, y, z), z its depth, and the vertical direction
-is v = (v_x, v_y, v_z). K is the focal length in pixels.
+In the camera's axes (right, up, forward) a point has the coordinates (x, y, z), z its depth. It is in the picture at
+(x/w, y/w). In perspective w = z; an orthographic camera has w = 1. A point that rises by one metre moves by v_x, v_y
+and v_w in x, y and w. K are the pixels per unit of y/w, and a K those per unit of x/w; a = 1 if pixels are square.
 """
 
 import itertools
@@ -13,22 +14,35 @@ from .heightmap import world_m
 
 
 class Pinhole(NamedTuple):
-    """A pinhole camera and its picture."""
+    """A pinhole camera, or an orthographic one, and its picture."""
 
     eye: np.ndarray  # (3,) world metres
     axes: np.ndarray  # (3, 3) world directions right, up, forward, one a row
     focal_px: float  # K
-    half_extent: tuple[float, float]  # largest |x/z| and |y/z| in the picture
+    half_extent: tuple[float, float]  # half the picture, in units of x/w and y/w
     near_m: float  # smallest depth in the picture
     bend_per_m: float = 0.0  # 1 / 2R: see `curvature`
+    centre: tuple[float, float] = (0.0, 0.0)  # x/w and y/w in the middle of the picture
+    aspect: float = 1.0  # a
+    is_orthographic: bool = False
+
+    @property
+    def vertical(self) -> np.ndarray:
+        """(3,) v_x, v_y, v_w."""
+        right, up, forward = self.axes[:, 2]
+        return np.array([right, up, 0.0 if self.is_orthographic else forward])
+
+    def w_at(self, depth_m: np.ndarray) -> np.ndarray:
+        """W at a depth."""
+        return np.ones_like(depth_m) if self.is_orthographic else depth_m
 
 
 class ScreenScale(NamedTuple):
     """The factors by which a view converts vertical shifts to pixels, at each of many points."""
 
-    px_m: np.ndarray  # K |(v_x − x/z v_z, v_y − y/z v_z)|
-    depth_m: np.ndarray  # z
-    forward: float  # v_z
+    px_m: np.ndarray  # K |(a (v_x − x/w v_w), v_y − y/w v_w)|
+    depth_m: np.ndarray  # w
+    forward: float  # v_w
     seen: np.ndarray  # whether the point is in the picture
 
 
@@ -38,17 +52,19 @@ def to_camera(view: Pinhole, points: np.ndarray) -> np.ndarray:
 
 
 # A point moved by δ along the vertical moves on the screen by exactly
-#   K |δ| |(v_x − x/z v_z,  v_y − y/z v_z)| / z',   z' = z + δ v_z
+#   K |δ| |(a (v_x − x/w v_w),  v_y − y/w v_w)| / w',   w' = w + δ v_w
 
 
 def screen_scale(view: Pinhole, points: np.ndarray) -> ScreenScale:
     """Factors of the screen shift at world points (3, ...)."""
     x, y, z = to_camera(view, points)
-    tan_x, tan_y = view.half_extent
-    seen = (z >= view.near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
-    right, up, forward = view.axes[:, 2]
-    z = np.where(seen, z, 1.0)
-    return ScreenScale(view.focal_px * np.hypot(right - x / z * forward, up - y / z * forward), z, forward, seen)
+    (tan_x, tan_y), (middle_x, middle_y) = view.half_extent, view.centre
+    w = view.w_at(z)
+    seen = (z >= view.near_m) & (np.abs(x - middle_x * w) <= tan_x * w) & (np.abs(y - middle_y * w) <= tan_y * w)
+    right, up, forward = view.vertical
+    w = np.where(seen, w, 1.0)
+    shift = np.hypot(view.aspect * (right - x / w * forward), up - y / w * forward)
+    return ScreenScale(view.focal_px * shift, w, forward, seen)
 
 
 def shift_px(scale: ScreenScale, rise_m: np.ndarray) -> np.ndarray:
@@ -74,39 +90,43 @@ class BoxProjection(NamedTuple):
 
     outside: np.ndarray  # no part of the box is in the picture
     inside: np.ndarray  # the whole box is in the picture
-    nearest_m: np.ndarray  # smallest depth
-    stretch: np.ndarray  # largest |(v_x − x/z v_z, v_y − y/z v_z)|
-    middle_m: np.ndarray  # depth of the box's middle, at least `nearest_m`
+    nearest_m: np.ndarray  # smallest w
+    stretch: np.ndarray  # largest |(a (v_x − x/w v_w), v_y − y/w v_w)|
+    middle_m: np.ndarray  # w of the box's middle, at least `nearest_m`
 
 
-# |(v_x − x/z v_z, v_y − y/z v_z)| is convex in (x/z, y/z): over the rectangle of the picture that holds the box it is
-# largest at a corner. Depth is smallest at a corner of the box. Both are clipped at the picture's edges and near plane.
+# |(a (v_x − x/w v_w), v_y − y/w v_w)| is convex in (x/w, y/w): over the rectangle of the picture that holds the box it
+# is largest at a corner. Depth is smallest at a corner of the box. Both are clipped at the picture's edges and near
+# plane.
 
 
 def project_boxes(view: Pinhole, low: np.ndarray, high: np.ndarray) -> BoxProjection:
     """Project the boxes between the world points low and high, (3, ...)."""
     ends = itertools.product(*zip(low, high, strict=True))
     x, y, z = to_camera(view, np.stack([np.stack(np.broadcast_arrays(*corner)) for corner in ends], 1))
-    tan_x, tan_y = view.half_extent
-    beyond = np.stack([x > tan_x * z, -x > tan_x * z, y > tan_y * z, -y > tan_y * z])  # (4 sides, 8 corners, ...)
-    near = z < view.near_m
+    w = view.w_at(z)
+    off = [a - middle * w for a, middle in zip((x, y), view.centre, strict=True)]
+    beyond = np.stack([s * a > tan * w for a, tan in zip(off, view.half_extent, strict=True) for s in (1, -1)])
+    near = z < view.near_m  # (8 corners, ...); `beyond` is (4 sides, 8 corners, ...)
     cut = near.any(0)
-    vertical = view.axes[:, 2]
+    v_x, v_y, v_w = view.vertical
+    sides = zip((x, y), (v_x, v_y), view.half_extent, view.centre, strict=True)
     factor = [
-        _largest_factor(a / np.where(near, 1.0, z), cut, tan, v, vertical[2])
-        for a, tan, v in ((x, tan_x, vertical[0]), (y, tan_y, vertical[1]))
+        _largest_factor(a / np.where(near, 1.0, w), cut, (middle - tan, middle + tan), v, v_w)
+        for a, v, tan, middle in sides
     ]
-    nearest_m = np.maximum(z.min(0), view.near_m)
-    middle_m = np.maximum(nearest_m, to_camera(view, 0.5 * (low + high))[2])
+    nearest_m = view.w_at(np.maximum(z.min(0), view.near_m))
+    middle_m = np.maximum(nearest_m, view.w_at(to_camera(view, 0.5 * (low + high))[2]))
     outside = near.all(0) | beyond.all(1).any(0)
-    return BoxProjection(outside, ~cut & ~beyond.any((0, 1)), nearest_m, np.hypot(*factor), middle_m)
+    stretch = np.hypot(view.aspect * factor[0], factor[1])
+    return BoxProjection(outside, ~cut & ~beyond.any((0, 1)), nearest_m, stretch, middle_m)
 
 
-def _largest_factor(ratio: np.ndarray, cut: np.ndarray, tan: float, v: float, v_z: float) -> np.ndarray:
-    """Largest |v − ratio · v_z| over the box's ratios x/z (8, ...); over the whole picture for cut boxes."""
-    low = np.where(cut, -tan, ratio.min(0).clip(-tan, tan))
-    high = np.where(cut, tan, ratio.max(0).clip(-tan, tan))
-    return np.maximum(np.abs(v - low * v_z), np.abs(v - high * v_z))
+def _largest_factor(ratio: np.ndarray, cut: np.ndarray, ends: tuple[float, float], v: float, v_w: float) -> np.ndarray:
+    """Largest |v − ratio · v_w| over the box's ratios x/w (8, ...); over the whole picture for cut boxes."""
+    low = np.where(cut, ends[0], ratio.min(0).clip(*ends))
+    high = np.where(cut, ends[1], ratio.max(0).clip(*ends))
+    return np.maximum(np.abs(v - low * v_w), np.abs(v - high * v_w))
 
 
 # An error δ ≤ M of any point in the box makes at most   K |δ| stretch / (nearest − M |v_z|)   pixels
@@ -114,6 +134,6 @@ def _largest_factor(ratio: np.ndarray, cut: np.ndarray, tan: float, v: float, v_
 
 def error_px(view: Pinhole, p: BoxProjection, size_m: np.ndarray, max_m: np.ndarray) -> np.ndarray:
     """Bound in pixels of errors of `size_m` metres, at most `max_m` anywhere; infinite if they reach the eye."""
-    depth_m = p.nearest_m - max_m * abs(view.axes[2, 2])
+    depth_m = p.nearest_m - max_m * abs(view.vertical[2])
     bound = view.focal_px * size_m * p.stretch / np.where(depth_m > 0, depth_m, 1.0)
     return np.where(size_m == 0, 0.0, np.where(depth_m > 0, bound, np.inf))

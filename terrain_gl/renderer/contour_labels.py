@@ -20,16 +20,14 @@ _STEP = 2  # every second pixel is looked at
 _RIDGE = 1.25  # largest over smallest depth under a label; if it is larger, a ridge stands in front of other land
 
 
-def contour_labels(
-    picture: Picture, camera: Camera, near_m: float, piece: Piece, interval_m: float, least_m: float
-) -> list[Label]:
-    """Heights of the index lines that a piece of a picture shows, after it was drawn in the view `camera`, `near_m`.
+def contour_labels(picture: Picture, camera: Camera, piece: Piece, interval_m: float, least_m: float) -> list[Label]:
+    """Heights of the index lines that a piece of a picture shows, after it was drawn in the view of `camera`.
 
     Contour lines are `interval_m` apart, from the height `least_m` on.
     """
-    depths = picture.depths()[:: _STEP * piece.fine, :: _STEP * piece.fine]
+    z = picture.depths_m()[:: _STEP * piece.fine, :: _STEP * piece.fine]
     first = np.array([piece.cols.start, piece.rows.start]) + 0.5
-    z = near_m / np.where(depths > 0, depths, np.nan).astype(np.float64)
+    z = np.where(np.isfinite(z), z, np.nan)
     levels = _heights_m(z, first, camera, piece.picture) / (INDEX_EVERY * interval_m)
     places = _places(levels, z, max(1.0, piece.picture[1] / 720))
     heights_m = np.rint(levels[places[:, 1], places[:, 0]]) * INDEX_EVERY * interval_m
@@ -41,11 +39,12 @@ def contour_labels(
 def _heights_m(z: np.ndarray, first: np.ndarray, camera: Camera, size: tuple[int, int]) -> np.ndarray:
     """Heights of the land at these depths: every `_STEP`-th pixel from the place `first` on."""
     rows, cols = (_STEP * np.arange(count) for count in z.shape)
-    tan_x, tan_y = camera.half_extent(size)
+    (tan_x, tan_y), (middle_x, middle_y) = camera.half_extent(size), camera.centre
     right, up, forward = camera.axes
-    across = (2 * (first[0] + cols) / size[0] - 1) * tan_x
-    above = (1 - 2 * (first[1] + rows) / size[1]) * tan_y
-    from_eye = z[..., None] * (across[:, None] * right + above[:, None, None] * up + forward)
+    across = (2 * (first[0] + cols) / size[0] - 1) * tan_x + middle_x
+    above = (1 - 2 * (first[1] + rows) / size[1]) * tan_y + middle_y
+    aside = across[:, None] * right + above[:, None, None] * up
+    from_eye = camera.w_at(z)[..., None] * aside + z[..., None] * forward
     return camera.eye[2] + from_eye[..., 2] + camera.bend_per_m * np.square(from_eye[..., :2]).sum(-1)
 
 

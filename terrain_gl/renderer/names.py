@@ -43,21 +43,20 @@ def labels_seen(
     is_there = in_picture(camera, piece.picture, (x, y, z), near_m)
     if not is_there.any():
         return []
-    depths = _furthest(picture.depths())
-    tan_x, tan_y = camera.half_extent(piece.picture)
+    depths_m = _furthest(picture.depths_m())
+    pixels = camera.pixels(camera.lowered(places), piece.picture) + 0.5
     found = []
     for i in np.flatnonzero(is_there):
-        column = 0.5 * (1 + x[i] / (tan_x * z[i])) * piece.picture[0]
-        row = 0.5 * (1 - y[i] / (tan_y * z[i])) * piece.picture[1]
+        column, row = pixels[i]
         at = int((row - piece.rows.start) * piece.fine), int((column - piece.cols.start) * piece.fine)
-        inside = 0 <= at[0] < depths.shape[0] and 0 <= at[1] < depths.shape[1]
-        if inside and near_m / z[i] >= _SLACK * depths[at]:
+        inside = 0 <= at[0] < depths_m.shape[0] and 0 <= at[1] < depths_m.shape[1]
+        if inside and _SLACK * z[i] <= depths_m[at]:
             found.append(Label(named[i][0], float(column), float(row)))
     return found
 
 
-def _furthest(depths: np.ndarray) -> np.ndarray:
+def _furthest(depths_m: np.ndarray) -> np.ndarray:
     """The furthest depth of each pixel and its eight neighbours: a point may lie on the crest that hides the rest."""
-    wide = np.pad(depths, 1, mode="edge")
-    rows, cols = depths.shape
-    return np.min([wide[i : i + rows, j : j + cols] for i in range(3) for j in range(3)], 0)
+    wide = np.pad(depths_m, 1, mode="edge")
+    rows, cols = depths_m.shape
+    return np.max([wide[i : i + rows, j : j + cols] for i in range(3) for j in range(3)], 0)

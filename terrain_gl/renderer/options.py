@@ -78,8 +78,12 @@ class Parameters(Protocol):
         """The name of the baseline that these parameters belong to."""
 
 
-def near_plane_m(heightmap: Heightmap, near_m: float | None = None) -> float:
-    """Distance of the near plane: `near_m` if given, else a tenth of the map's smaller spacing."""
+def near_plane_m(heightmap: Heightmap, near_m: float | None = None, camera: Camera | None = None) -> float:
+    """Distance of the near plane: `near_m` if given, else a tenth of the map's smaller spacing; 0 if orthographic."""
+    if camera and camera.is_orthographic:
+        if near_m is not None:
+            raise UsageError("near: an orthographic camera shows all land in front of the eye; move the eye instead")
+        return 0.0
     return near_m or NEAR * min(heightmap.spacing_m)
 
 
@@ -357,6 +361,12 @@ class FrameOptions:
         `heightmap` is the map without exaggeration.
         """
         bend = bend_per_m(heightmap, self.curvature, self.refraction or 0.0)
+        if camera.is_orthographic:
+            if self.curvature == "on":
+                raise UsageError(
+                    "curvature: land is lower the further it is from an eye, an orthographic camera has none"
+                )
+            bend = 0.0
         if bend != camera.bend_per_m:
             camera = replace(camera, bend_per_m=bend)  # the copy computes its axes again
         return camera if self.exaggeration == 1 else camera.over_exaggerated(self.exaggeration)

@@ -44,7 +44,7 @@ from .edit import Editor
 from .frame import DrawnFrame, Frame
 from .gpu_resources import GpuResources
 from .inspector import Inspector
-from .methods import Selectors
+from .methods import BASELINES, Selectors
 from .names import Label, labels_seen
 from .options import FrameOptions, near_plane_m
 from .overlay import Overlay
@@ -269,8 +269,10 @@ class Renderer:
         self.inspector.frame = self._complete(frame)
         return frame.stats
 
-    def check_method(self, method: str) -> None:
-        """Raise `UsageError` if the map is a store, and the method does not draw stores."""
+    def check_method(self, method: str, camera: Camera | None = None) -> None:
+        """Raise `UsageError` if the method does not draw stores, and the map is one; or not this kind of camera."""
+        if camera and camera.is_orthographic and method in BASELINES:
+            raise UsageError(f"method {method} follows an eye: an orthographic camera has none, draw it by sat")
         if self.streaming and method != "sat":
             raise UsageError(f"a store is drawn by the method sat, not by {method}")
 
@@ -280,12 +282,13 @@ class Renderer:
         self.forget()
         if options.exaggeration != self.terrain.heightmap.exaggeration:
             self.resources.exaggerate(options.exaggeration)
-        near_m = near_plane_m(self.heightmap, options.near_m) / options.exaggeration
+        camera.check_picture(size)
+        near_m = near_plane_m(self.heightmap, options.near_m, camera) / options.exaggeration
         camera = options.seen(self.heightmap, camera)
         chosen_for = options.seen(self.heightmap, options.chosen_for) if options.chosen_for else camera
         goal = options.goal
         with self.timer.stage("lod"):
-            self.check_method(options.method)
+            self.check_method(options.method, camera)
             selector = self.selectors[options.method]
 
             def choose(camera: Camera) -> Selection:
@@ -336,7 +339,8 @@ class Renderer:
             return []
         interval = contour_m or interval_m(*self.heightmap.range_m)
         least_m = -math.inf if water_m is None else water_m
-        return contour_labels(self.picture, *self._drawn, interval, least_m)
+        camera, _, piece = self._drawn
+        return contour_labels(self.picture, camera, piece, interval, least_m)
 
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables are updated. See `Editor.edit`."""

@@ -304,8 +304,12 @@ class Picture:
         return bool((self.sky_share() < 1).any())
 
     def depths(self) -> np.ndarray:
-        """Near plane over view depth, of each pixel's furthest sample: (height, width) float32, first row on top."""
+        """The depth buffer's value of each pixel's furthest sample: (height, width) float32, first row on top."""
         return self.note("shade/coverage.frag", 2, "f4")[..., 1]
+
+    def depths_m(self) -> np.ndarray:
+        """View depth of each pixel's furthest sample: (height, width) float64 metres; infinite for the sky."""
+        return self.view.depths_m(self.depths())
 
     def places(self) -> np.ndarray:
         """Column and row that each sample sees: (samples, height, width, 2) float32, first row on top; sky negative."""

@@ -18,6 +18,8 @@ def seen_from(camera: Camera, terrain: Terrain) -> int:
     x, y = camera.eye[:2]
     east, north = terrain.heightmap.extent_m
     margin_m = 1e-3 * min(terrain.heightmap.spacing_m)
+    if camera.is_orthographic:  # its rays start far beside the eye, too
+        return WALLS
     return PLAIN if margin_m < x < east - margin_m and margin_m < y < north - margin_m else WALLS
 
 

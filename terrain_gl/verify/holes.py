@@ -56,28 +56,34 @@ def _meets_ground(
 ) -> np.ndarray:
     """Whether rays through points of the picture (x right, y down, pixels) certainly meet the ground, (n,) bool."""
     focal = camera.focal_px(size[1])
-    picture = np.stack([(x_px - 0.5 * size[0]) / focal, (0.5 * size[1] - y_px) / focal, np.ones(len(x_px))], -1)
-    right, up, forward = camera.axes[:, 2]
-    stretch = np.hypot(right - picture[:, 0] * forward, up - picture[:, 1] * forward)
-    slack = slack_px / (focal * np.maximum(stretch, 1e-9))  # metres up or down, per metre of depth
-    rays = picture @ camera.axes
-    return np.array([_ray_meets_ground(heightmap, camera, *ray, near_m) for ray in zip(rays, slack, strict=True)], bool)
+    aspect = camera.aspect(size)
+    x = camera.centre[0] + (x_px - 0.5 * size[0]) / (focal * aspect)
+    y = camera.centre[1] + (0.5 * size[1] - y_px) / focal
+    right, up, vertical_w = camera.vertical
+    stretch = np.hypot((right - x * vertical_w) * aspect, up - y * vertical_w)
+    slack = slack_px / (focal * np.maximum(stretch, 1e-9))  # metres up or down, for each unit of w
+    aside = np.stack([x, y, np.zeros(len(x))], -1) @ camera.axes
+    along = np.broadcast_to(camera.axes[2], aside.shape)
+    starts, rays = (aside, along) if camera.is_orthographic else (0 * aside, along + aside)
+    seen = zip(starts + camera.eye, rays, slack, strict=True)
+    return np.array([_ray_meets_ground(heightmap, camera, *ray, near_m) for ray in seen], bool)
 
 
-def _ray_meets_ground(heightmap: Heightmap, camera: Camera, ray: np.ndarray, slack: float, near_m: float) -> bool:
+def _ray_meets_ground(
+    heightmap: Heightmap, camera: Camera, eye: np.ndarray, ray: np.ndarray, slack: float, near_m: float
+) -> bool:
     """Follow a ray from cell to cell.
 
     The ray meets the ground if it passes from more than the slack above the ground to more than the slack below it, or
     the other way round, with no void in between. Heights are compared on cell edges, where diagonals do not matter.
     """
     to_posts = np.array([1.0, -1.0]) / heightmap.spacing_m
-    eye = np.asarray(camera.eye)
     start = np.array([0.0, heightmap.rows - 1.0]) + eye[:2] * to_posts
     step = ray[:2] * to_posts
     depth, x, y = _edges_crossed(start, step, heightmap, near_m)
     above_m = eye[2] + depth * ray[2] + drop_between_m(camera, heightmap, x, y) - bilinear(heightmap.heights, x, y)
     low, high = heightmap.range_m
-    side = np.sign(above_m) * (np.abs(above_m) > np.minimum(slack * depth, high - low))
+    side = np.sign(above_m) * (np.abs(above_m) > np.minimum(slack * camera.w_at(depth), high - low))
     middle = (depth[1:] + depth[:-1]) / 2
     void = np.isnan(bilinear(heightmap.heights, start[0] + middle * step[0], start[1] + middle * step[1]))
     voids_before = np.concatenate([[0], np.cumsum(void)])

@@ -15,7 +15,7 @@ import moderngl
 import numpy as np
 
 from ..basics.steps import Steps, drain
-from ..camera import Camera, boxes_in_picture, in_picture, shift_px
+from ..camera import Camera, boxes_in_picture, in_picture, picture_planes, shift_px
 from ..camera.curvature import drop_between_m
 from ..gpu import gl
 from ..gpu.layout import PLACES
@@ -299,10 +299,7 @@ def _parts_in_picture(
     no point in it, at any height of the map and in any row of the band, is on the picture's side of the plane.
     """
     x, y, width, height = region
-    right, up, forward = camera.axes
-    tan_x, tan_y = camera.half_extent(size)
-    planes = [(tan_x * forward + right, 0.0), (tan_x * forward - right, 0.0)]
-    planes += [(tan_y * forward + up, 0.0), (tan_y * forward - up, 0.0), (forward, near_m)]
+    planes = picture_planes(camera, size, near_m)
     east, north = _steps_m(heightmap)
     last = places_of(heightmap)[1] - 1
     heights_m = _drawn_range_m(heightmap, region, camera)

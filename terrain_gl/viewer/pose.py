@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.exceptions import UsageError
 from ..camera import Camera, Vector
 from ..heightmap import Heightmap, ground_m
 
@@ -26,6 +27,8 @@ class Pose:
     @classmethod
     def of(cls, camera: Camera) -> Pose:
         """The pose of a camera that is not rolled."""
+        if camera.lens:
+            raise UsageError("the window has no lenses: give Camera(eye, target, fov_deg)")
         east, north, up = camera.forward
         _, top, _ = camera.axes
         steep = math.hypot(east, north) < 1e-6  # straight down: the top of the picture gives the azimuth

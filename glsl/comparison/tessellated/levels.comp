@@ -28,7 +28,8 @@ vec3 ground_from_eye_m(ivec2 post) { return from_middle_m(post, vec2(0.0), heigh
 // The depth of a place, but at least the depth that a place as far away has in a corner of the picture.
 float depth_of(vec3 from_eye) {
     float away = length(from_eye);
-    float depth_m = max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(u_half_extent, u_half_extent)));
+    vec2 extent = abs(u_centre) + u_half_extent;
+    float depth_m = max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(extent, extent)));
     return max(depth_m, near_m());
 }
 

@@ -38,7 +38,7 @@ float error_within_m(Projection p, float px) {
     if (u_metric == METRIC_METRES) return px;
     if (p.outside) return NEVER;
     float per_m = u_focal_px * p.stretch * BOUND_SLACK;
-    return px * p.nearest_m / (per_m + px * abs(u_forward.z)) * (1.0 - 1e-5);
+    return px * p.nearest_m / (per_m + px * abs(vertical_w())) * (1.0 - 1e-5);
 }
 
 // A tile of level 0 has 4 × 4 cells of the map, and its counters bound all of them. So for a square of at most 2 × 2
