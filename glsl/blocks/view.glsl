@@ -53,13 +53,8 @@ bool is_orthographic() { return u_depth_span_m > 0.0; }
 // What x and y are divided by, at a view depth.
 float w_at(float z) { return is_orthographic() ? 1.0 : z; }
 
-// Distance of the near plane. An orthographic camera shows all land in front of the eye.
+// Distance of the near plane; depth is near_m() / z. An orthographic camera shows all land in front of the eye.
 float near_m() { return is_orthographic() ? 0.0 : u_clip_from_eye[3].z; }
-
-// View depth of a value in the depth buffer. Depth is reversed: near_m() / z, or 1 - z / span.
-float view_depth_m(float depth) {
-    return is_orthographic() ? (1.0 - depth) * u_depth_span_m : near_m() / max(depth, 1e-30);
-}
 
 // The eye's height is the sum of two floats, because one is not precise enough. Each is subtracted on its own.
 float up_from_eye_m(float h_m) {

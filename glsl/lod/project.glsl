@@ -37,8 +37,7 @@ Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
         vec3(high, up_from_eye_m(range_m.y) - drop_m(nearest)));
 }
 
-// How much w grows where a point rises by one metre.
-float vertical_w() { return is_orthographic() ? 0.0 : u_forward.z; }
+float vertical_w() { return is_orthographic() ? 0.0 : u_forward.z; }  // v_w
 
 vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
 
@@ -73,12 +72,8 @@ Projection project(Box box, float margin) {
     bool all_near = farthest < near, any_near = nearest < near;
     extent *= 1.0001;
     vec2 first = u_centre - u_half_extent * 1.0001, last = u_centre + u_half_extent * 1.0001;
-    if (any_near) {
-        low = first;
-        high = last;
-    }
-    low = clamp(low, first, last);
-    high = clamp(high, first, last);
+    low = any_near ? first : clamp(low, first, last);
+    high = any_near ? last : clamp(high, first, last);
     vec3 v = vec3(u_right.z, u_up.z, vertical_w());
     vec2 a = abs(v.xy - low * v.z), b = abs(v.xy - high * v.z);
     Projection projection;
