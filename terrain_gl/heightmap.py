@@ -24,7 +24,7 @@ from terrain_gl.readers import Raster, Reading, Spacing, open_raster
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
-from terrain_gl.readers.plausible import guess, not_of_the_earth, sample_of
+from terrain_gl.readers.plausible import guess, not_of_the_earth, plausible_spacing, sample_of
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.units import contradictions
 from terrain_gl.readers.values import AS_STORED, read_heights
@@ -175,7 +175,7 @@ class Heightmap:
         source
             A `Heightmap`; a path; a DataArray of xarray, with rioxarray or without; a dataset of rasterio; or an array.
         spacing_m : float or (east, north), optional
-            Metres between posts; by default the spacing in the source, else 1.
+            Metres between posts; by default the spacing in the source, else a guess, as for files; a note says which.
 
         Raises
         ------
@@ -191,7 +191,13 @@ class Heightmap:
         if raster is not None:
             return cls._of_raster(raster, AS_STORED, spacing_m)
         heightmap = cls(source, 1.0 if spacing_m is None else spacing_m, name)
-        heightmap.assumes_spacing = spacing_m is None
+        if spacing_m is None:
+            heights = heightmap.heights
+            found = plausible_spacing(sample_of(lambda *window: heights[window], heights.shape, len(heights)))
+            if found.notes:
+                heightmap = cls(heights, found.spacing_m, name)
+                heightmap.notes = found.notes
+            heightmap.assumes_spacing = True
         return heightmap
 
     @classmethod

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import parse
 from maps import rough
 
 import terrain_gl as tg
 from terrain_gl.cli import main
-from terrain_gl.cli.compare import in_lines, uneven_text
+from terrain_gl.cli.compare import caption, in_lines, uneven_text
+from terrain_gl.cli.options import CommandScene
 from terrain_gl.comparison import compare as comparing
 from terrain_gl.comparison import curves
 from terrain_gl.comparison.clipmap import Rings
@@ -296,3 +298,14 @@ def test_command_lines_break_between_options():
     assert " ".join(line.strip() for line in lines) == command
     assert len(lines) > 1 and all(line.strip().startswith("-") for line in lines[1:])
     assert not any(line.endswith(option) for line in lines for option in ("--view", "--triangles", "-o"))
+
+
+def test_no_line_of_the_caption_is_wider_than_its_column(tmp_path):
+    name = str(tmp_path / ("a_very_long_name_of_a_map_from_a_survey" * 3 + ".npy"))
+    scene = CommandScene(
+        tg.Heightmap(np.zeros((3, 4)), 1.0, name), tg.Camera((1e7, 1e7, 1e7), (2e7, 3e7, 4e6)), (0, 45)
+    )
+    args = parse("compare", name, "-o", "f.png", "--size", "640x360")
+    args.command_line = "terrain-gl compare " + name
+    lines = caption(args, scene)
+    assert max(map(len, lines)) <= 46 and "".join(lines).startswith(Path(name).name)

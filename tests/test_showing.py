@@ -176,3 +176,13 @@ def test_show_takes_the_arguments_of_files_and_names_them(folder, monkeypatch, c
     with pytest.raises(TerrainError, match='encoding="terrarium"') as error:
         tg.show("rgb.png")
     assert "--" not in str(error.value)
+
+
+def test_an_array_without_a_spacing_gets_the_one_that_its_file_would_get(folder):
+    y, x = np.mgrid[0:300, 0:300].astype("f4")
+    heights = 1500 + 900 * np.sin(x / 30) * np.cos(y / 40)
+    np.save("land.npy", heights)
+    of_file, of_array = tg.Heightmap.open("land.npy"), tg.Heightmap.of(heights)
+    assert of_array.spacing_m == of_file.spacing_m == (90.0, 90.0)
+    assert of_array.notes == of_file.notes and of_array.assumes_spacing
+    assert tg.Heightmap.of(heights, 2.0).spacing_m == (2.0, 2.0) and not tg.Heightmap.of(heights, 2.0).notes

@@ -430,4 +430,6 @@ def test_the_command_builds_and_tells(tmp_path, monkeypatch, run):
     assert (done.returncode, done.stderr) == (0, "") and "80 x 60 posts" in done.stdout
     refused(run("build", "none.tif", "-o", "t"), 1, "none.tif")
     monkeypatch.setattr(scheduling, "CONNECT", "1s")
-    refused(run("build", "dem.npy", "-o", "t", "--scheduler", "tcp://127.0.0.1:9"), 1, "no Dask scheduler")
+    refused(run("build", "dem.npy", "-o", "t", "--scheduler", "tcp://127.0.0.1:9"), 1, "no Dask scheduler", "start one")
+    told = spawn("build", "dem.npy", "-o", "t", "--scheduler", "nonsense://x").stderr
+    assert "nonsense" in told and " at 0x" not in told

@@ -106,6 +106,7 @@ def caption(args: argparse.Namespace, scene: options.CommandScene) -> list[str]:
         "black 0 to white 1",
         "",
     ]
+    lines = [part for line in lines for part in textwrap.wrap(line, _CAPTION) or [""]]
     return lines + in_lines(report.shown(args.command_line))
 
 

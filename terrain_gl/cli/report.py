@@ -1,5 +1,6 @@
 """Output of the commands: text tables, JSON, and a progress bar for long work."""
 
+import math
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -92,7 +93,8 @@ def progress_bar(label: str) -> Iterator[Any]:
     if not sys.stderr.isatty():
         yield None
         return
-    started = drawn = time.monotonic()
+    started = time.monotonic()
+    drawn = -math.inf
 
     def show(part: float) -> None:
         nonlocal drawn
@@ -103,6 +105,7 @@ def progress_bar(label: str) -> Iterator[Any]:
             sys.stderr.write(f"\r{label} [{'#' * int(30 * part):<30}] {part:4.0%} {left}\x1b[K")
             sys.stderr.flush()
 
+    show(0.0)
     try:
         yield show
     finally:

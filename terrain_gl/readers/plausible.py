@@ -74,7 +74,7 @@ def guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | Non
     seen = sample()
     if is_bare and seen.high - seen.low > HIGHEST_RELIEF_M:
         return _plausible_scale(seen, known.spacing_m)
-    return known if spacing_m else _plausible_spacing(seen)
+    return known if spacing_m else plausible_spacing(seen)
 
 
 def _plausible_scale(sample: Sample, spacing_m: Spacing) -> Guess:
@@ -92,7 +92,7 @@ def _plausible_scale(sample: Sample, spacing_m: Spacing) -> Guess:
     return Guess(scale, spacing_m, (f"{cannot}: --z-scale {scale:g} is chosen; give --z-scale and --spacing",))
 
 
-def _plausible_spacing(sample: Sample) -> Guess:
+def plausible_spacing(sample: Sample) -> Guess:
     """The spacing if none is given: 1 m, or more if the land would be too steep with 1 m."""
     one_metre = Guess(1.0, (1.0, 1.0), ())
     side = max(sample.shape) - 1

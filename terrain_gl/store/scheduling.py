@@ -83,13 +83,19 @@ class Cluster:
     def __init__(self, address: str) -> None:
         try:
             from distributed import Client
+            from distributed.comm.addressing import get_address_host_port
         except ImportError:
             raise TerrainError("--scheduler needs Dask: pip install 'terrain-gl[dask]'") from None
+        connect: Any = Client  # distributed has no types
+        check: Any = get_address_host_port
         try:
-            connect: Any = Client  # distributed has no types
+            check(address)  # a client with a wrong address prints errors when it is deleted
             self._client: Any = connect(address, timeout=CONNECT, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise TerrainError(f"{address}: no Dask scheduler answers there ({one_line(error)})") from None
+        except OSError:  # its text has the address of an object
+            told = f"no Dask scheduler answers there within {CONNECT}: start one, or check the address"
+            raise TerrainError(f"{address}: {told}") from None
+        except ValueError as error:
+            raise TerrainError(f"{address}: is no address of a Dask scheduler ({one_line(error)})") from None
 
     def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
         """Results in the order of their tasks."""
