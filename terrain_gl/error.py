@@ -170,12 +170,12 @@ class ErrorTables:
 
     @property
     def resources(self) -> Resources:
-        """What shaders read of the tables."""
-        return {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
+        """What glsl/error/bound.glsl reads."""
+        return {"Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
 
     def bind(self) -> None:
-        """Bind the tables for shaders that read bounds (glsl/lod/quadtree/patch_bound.glsl)."""
-        bind("lod/quadtree/patch_bound.glsl", **self.resources)
+        """Bind the tables for shaders that read bounds."""
+        bind("error/bound.glsl", **self.resources)
 
     def release_tables(self) -> None:
         """Release the tables but not the shaders, which other tables use."""

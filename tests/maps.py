@@ -8,7 +8,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import Goal, QuadtreeSelector, RingsSelector
+from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.terrain import Terrain
 from terrain_gl.verify.measure import Measurement
@@ -197,16 +197,15 @@ class Scene:
     heightmap: Heightmap
     terrain: Terrain
     tables: ErrorTables
-    levels: QuadtreeSelector | RingsSelector
+    levels: RingsSelector
     size: tuple[int, int] = SIZE
     _measurement: Measurement | None = None
 
     @classmethod
-    def of(cls, ctx, heightmap, size=SIZE, method="quadtree"):
+    def of(cls, ctx, heightmap, size=SIZE):
         terrain = Terrain(ctx, heightmap)
         tables = ErrorTables(terrain)
-        selector = {"sat": RingsSelector, "quadtree": QuadtreeSelector}[method]
-        return cls(heightmap, terrain, tables, selector(tables), size)
+        return cls(heightmap, terrain, tables, RingsSelector(tables), size)
 
     @property
     def near_m(self):
@@ -236,10 +235,8 @@ class Scene:
 def tessellation_ends(selection, asked_px):
     """Whether a view asks for more than tessellation can do, close to the eye: the bound may then exceed the tolerance.
 
-    The clipmap ends at 32 parts between two posts (16 beyond ring 0), a cell of the quadtree at 64.
+    The clipmap ends at 32 parts between two posts (16 beyond ring 0).
     """
-    if not isinstance(selection.surface, RingsSelector):
-        return selection.counts[-1] > 0
     data = selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
     patches = np.frombuffer(data, layout.PATCH)
     step_log2 = (patches["shape"] >> 5 & 63).astype(int) - 16

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from maps import Scene, cameras, rough
+from maps import cameras, rough
 from ring_scenes import change_shaders, clipmap_of, patches_of, surface_errors, triangles_of
 
 from terrain_gl.camera import Camera
@@ -102,10 +102,9 @@ def test_every_budget_is_used(ctx, terraces):
 # --- The metric "max": the smallest tolerance -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["sat", "quadtree"])
-def test_the_smallest_tolerance_that_fits(ctx, terraces, method):
+def test_the_smallest_tolerance_that_fits(ctx, terraces):
     """A slightly smaller tolerance takes too many triangles; the least squares have a larger error somewhere."""
-    scene = Scene.of(ctx, terraces.heightmap, terraces.size, method)
+    scene = terraces
     for camera in (across_the_land(), standard_view(scene.heightmap, "high")):
         for triangles in (1500, 12000):
             mesh = scene.select(camera, triangles=triangles, metric="max")
@@ -113,7 +112,6 @@ def test_the_smallest_tolerance_that_fits(ctx, terraces, method):
             assert scene.achieved(mesh, camera).max_px <= mesh.certified_px
             assert scene.select(camera, 0.9 * mesh.certified_px).triangles > triangles
             assert mesh.certified_px < scene.select(camera, triangles=triangles, metric="rms").certified_px
-    scene.release()
 
 
 def test_if_no_tolerance_fits_the_mesh_is_that_of_least_squares(ctx, terraces):

@@ -240,7 +240,7 @@ def test_shot_repeats_exactly(dem, run):
 
 
 def test_measure_keeps_to_a_budget(dem, run):
-    asked = ("measure", dem, *SIZE, "--triangles", 200, "--method", "quadtree")
+    asked = ("measure", dem, *SIZE, "--triangles", 200)
     status, out, _ = run(*asked, "--json", "-")
     stats = json.loads(out)
     assert status == 0 and stats.keys() == MEASURED_KEYS
@@ -285,11 +285,11 @@ def test_mesh(dem, run, ending, flags):
     assert status == 0 and stats.keys() >= FRAME_KEYS and os.path.getsize(f"m{ending}") > 12 * stats["vertices"]
     assert out.startswith(f"m{ending}: {stats['triangles']:,} triangles, {stats['vertices']:,} vertices")
     assert (stats["vertices"] == 3 * stats["triangles"]) == ("--no-weld" in flags)
-    assert stats["method"] == "quadtree"
+    assert stats["method"] == "sat"
     heightmap = tg.Heightmap.open(dem)
     with tg.Renderer(heightmap, (96, 64)) as renderer:
         camera = tg.Camera((20, -30, 40), (60, 60, 0), 20)
-        everything = renderer.choose(camera, cull=False, method="quadtree")["triangles"]
+        everything = renderer.choose(camera, cull=False)["triangles"]
     assert (stats["triangles"] < everything) == ("--cull" in flags)
 
 
@@ -301,7 +301,7 @@ def test_a_mesh_without_a_view_is_the_whole_map(dem, run):
     assert stats["certified_max_error_m"] <= stats["requested_max_error_m"]
     for view in (("--max-error", 3), ("--view", "high"), ("--triangles", 500), ("--method", "sat")):
         stats = json.loads(run("mesh", dem, "-o", "m.ply", *SIZE, *view, "--json", "-")[1])
-        assert "requested_max_error_m" not in stats and stats["method"] in ("sat", "quadtree")
+        assert "requested_max_error_m" not in stats and stats["method"] == "sat"
 
 
 def test_a_mesh_with_the_rendered_look(dem, run):

@@ -82,7 +82,7 @@ def test_the_students_mesh_is_measured_as_the_projects_are(entry):
     heights = mine.read(grow.MAP)
     camera = enter.tg.Camera(eye=tuple(mine.EYE), target=tuple(mine.TARGET), fov_deg=mine.FOV_DEG)
     with enter.tg.Renderer(enter.tg.Heightmap(heights, mine.SPACING, "map"), size=mine.SIZE) as renderer:
-        options = {"method": "quadtree", "cull": False, "near_m": enter.NEAR_M}
+        options = {"method": "full", "cull": False, "near_m": enter.NEAR_M}
         renderer.choose(camera, max_error_px=8.0, **options)
         corners = renderer.triangles()
         posts, which = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
@@ -108,7 +108,7 @@ def test_a_student_enters_beside_the_projects_methods(entry, tmp_path, monkeypat
     monkeypatch.setattr(enter, "BUDGETS", (300, 1000))
     enter.main([str(file), "-o", str(tmp_path / "curves.png")])
     said = capsys.readouterr().out
-    for method in ("clipmap", "tessellated", "quadtree", "sat"):
+    for method in ("clipmap", "tessellated", "sat"):
         for error in ("largest error", "RMS error"):
             assert f"same {error}: {method} needs 2.00 times your triangles (2.00 to 2.00)" in said
     assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")

@@ -14,19 +14,18 @@ TOLERANCE_PX = 4.0
 
 
 def patches(*given):
-    """Patches: corner, log2 of side, log2 of step, log2 of the segments of each edge, whether it is a fan."""
-    corner, side, step, edges, fan = (np.array(each) for each in zip(*given, strict=True))
-    return layout.Patches(corner, side, step, edges, fan, np.zeros(len(given)))
+    """Patches: corner, log2 of side, log2 of step, log2 of the segments of each edge."""
+    corner, side, step, edges = (np.array(each) for each in zip(*given, strict=True))
+    return layout.Patches(corner, side, step, edges, np.zeros(len(given)))
 
 
 def test_a_crack_is_counted_once_on_its_coarser_side_and_never_at_a_rim():
-    coarse = ((0, 0), 3, 2, (1, 1, 2, 1), False)  # 2 × 2 quads; its east edge has 4 segments, those of the next
-    fine = ((8, 0), 3, 1, (2, 2, 2, 2), False)
-    beyond = ((16, 0), 3, 2, (3, 3, 3, 3), False)  # no part of its edges is inside the map
-    split_fan = ((0, 8), 1, 0, (0, 1, 0, 0), True)
-    assert count_cracks(patches(coarse, fine, beyond, split_fan), (16, 16)) == 2
+    coarse = ((0, 0), 3, 2, (1, 1, 2, 1))  # 2 × 2 quads; its east edge has 4 segments, those of the next
+    fine = ((8, 0), 3, 1, (2, 2, 2, 2))
+    beyond = ((16, 0), 3, 2, (3, 3, 3, 3))  # no part of its edges is inside the map
+    assert count_cracks(patches(coarse, fine, beyond), (16, 16)) == 1
     assert count_cracks(patches(coarse), (8, 16)) == 0
-    assert count_triangles(patches(coarse, fine, beyond, split_fan), (16, 16)) == 8 + 32 + 4
+    assert count_triangles(patches(coarse, fine, beyond), (16, 16)) == 8 + 32
     assert count_triangles(patches(fine), (11, 16)) == 2 * 2 * 4  # a half of its second column of quads is on the map
 
 
@@ -52,11 +51,10 @@ def inner_edges(triangles, last):
     return lone[~((lone == 0) | (lone == last)).all(1).any(1)]
 
 
-@pytest.mark.parametrize("method", ["sat", "quadtree"])
-def test_cracks_are_seen_counted_and_not_certified(ctx, renderer, method):
+def test_cracks_are_seen_counted_and_not_certified(ctx, renderer):
     heightmap = renderer.heightmap
     last = np.array([heightmap.cols - 1, heightmap.rows - 1])
-    options = {"method": method, "cull": False}
+    options = {"cull": False}
     cracked = renderer.render(CAMERA, TOLERANCE_PX, style="cracks", **options)
     triangles = renderer.inspector.triangles()
     assert cracked.stats["certified_max_error_px"] is None and cracked.stats["requested_max_error_px"] == TOLERANCE_PX

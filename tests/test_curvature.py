@@ -11,14 +11,12 @@ from hypothesis import strategies as st
 from maps import MAPS, Scene, cameras, random_camera, random_map, rough
 from ring_scenes import clipmap_of
 from test_measure import check_bound
-from test_selection import BOUND_SLACK, leaves, leaves_of, read_tables
 
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera, boxes_in_picture, screen_shift_px
 from terrain_gl.camera.curvature import bend_per_m, drop_between_m
 from terrain_gl.camera.view import ViewBlock
-from terrain_gl.comparison.pruned import view_of
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.readers.georeference import Georeference, Grid
@@ -30,7 +28,6 @@ from terrain_gl.verify.measure import _parts_in_picture, places_of, truth_m
 EARTH_M = 6378137.0
 PLAIN = Heightmap(0.05 * rough(70, 91, 3), 4000.0)  # 360 km of flat land: flat, its cells would be as large as the map
 FAR = (1.4e5, 1.1e5, -2100.0)  # about where the land there is drawn
-METHODS = ("sat", "quadtree")
 
 
 def over_plain(height_m=3000.0, bend=1 / (2 * EARTH_M)):
@@ -116,11 +113,11 @@ def brute_force_px(scene, selection, camera, rng, n=12):
 
 
 @settings(max_examples=25)
-@given(st.integers(0, 10**6), st.sampled_from(METHODS), st.sampled_from(["max", "rms"]))
-def test_any_map_on_any_small_planet_from_anywhere(ctx, seed, method, metric):
+@given(st.integers(0, 10**6), st.sampled_from(["max", "rms"]))
+def test_any_map_on_any_small_planet_from_anywhere(ctx, seed, metric):
     rng = np.random.default_rng(seed)
     heightmap = random_map(rng)
-    scene = Scene.of(ctx, heightmap, (160, 90), method)
+    scene = Scene.of(ctx, heightmap, (160, 90))
     for _ in range(2):
         bend = 10 ** rng.uniform(-4, 0) / max(heightmap.extent_m)
         camera = replace(random_camera(rng, heightmap), bend_per_m=bend)
@@ -132,10 +129,9 @@ def test_any_map_on_any_small_planet_from_anywhere(ctx, seed, method, metric):
     scene.release()
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_flat_land_needs_triangles_only_because_the_earth_is_round(ctx, method):
+def test_flat_land_needs_triangles_only_because_the_earth_is_round(ctx):
     """Take the term away: with cells chosen for a flat Earth, the promise is broken on the round one."""
-    scene, camera = Scene.of(ctx, PLAIN, (640, 360), method), replace(over_plain(), target=FAR, fov_deg=2.0)
+    scene, camera = Scene.of(ctx, PLAIN, (640, 360)), replace(over_plain(), target=FAR, fov_deg=2.0)
     flat = scene.select(replace(camera, bend_per_m=0.0), 0.1)
     scene.levels.view.move(scene.terrain, camera, scene.size, scene.near_m)
     assert scene.achieved(flat, camera).max_px > 0.1
@@ -147,24 +143,8 @@ def test_flat_land_needs_triangles_only_because_the_earth_is_round(ctx, method):
     scene.release()
 
 
-@pytest.mark.parametrize("view", ["default", "grazing", "outside", "corner"])
-@pytest.mark.parametrize("metric", ["max", "rms"])
-def test_the_quadtree_chooses_as_the_reference(ctx, view, metric):
-    scene = Scene.of(ctx, MAPS["odd"]())
-    camera = replace(cameras(scene.heightmap)[view], bend_per_m=0.1 / max(scene.heightmap.extent_m))
-    seen = view_of(camera, scene.size, scene.near_m)
-    screens = reference.on_screen(scene.heightmap.spacing_m, read_tables(scene), seen, metric)
-    expected = reference.select(screens, scene.heightmap.heights.shape, 2.0 / BOUND_SLACK, metric)
-    selection = scene.select(camera, 2.0, metric)
-    assert leaves(scene, selection) == leaves_of(expected)
-    flat = scene.select(replace(camera, bend_per_m=0.0), 2.0, metric)
-    assert leaves(scene, flat) != leaves_of(expected)
-    scene.release()
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_a_budget_is_spent_on_the_round_earth_too(ctx, method):
-    scene, camera = Scene.of(ctx, PLAIN, (640, 360), method), over_plain()
+def test_a_budget_is_spent_on_the_round_earth_too(ctx):
+    scene, camera = Scene.of(ctx, PLAIN, (640, 360)), over_plain()
     for budget in (100, 2000):
         selection = scene.select(camera, triangles=budget)
         assert 0.5 * budget <= selection.triangles <= budget
@@ -172,7 +152,7 @@ def test_a_budget_is_spent_on_the_round_earth_too(ctx, method):
     scene.release()
 
 
-def test_sat_and_quadtree_draw_as_before_on_flat_ground(ctx):
+def test_flat_ground_is_drawn_as_before(ctx):
     """A bend of 0 changes no patch."""
     scene = clipmap_of(ctx, MAPS["odd"]())
     camera = cameras(scene.heightmap, scene.size)["wide"]

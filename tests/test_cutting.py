@@ -26,7 +26,7 @@ def drawn(request, ctx):
     with Renderer(heightmap, (160, 90), ctx=ctx) as r:
         if request.param == "of a view":
             camera = r.heightmap.extent_m[0] / 2, -200.0, 400.0
-            r.draw(Camera(camera, (camera[0], 300.0, 0.0)), triangles=900, cull=False, method="quadtree")
+            r.draw(Camera(camera, (camera[0], 300.0, 0.0)), triangles=900, cull=False)
             return r.triangles(), r.terrain.filled, heightmap
         low, high = heightmap.range_m
         return r.inspector.triangulate(0.05 * (high - low))[0], r.terrain.filled, heightmap

@@ -522,7 +522,7 @@ def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
     """The largest map allowed is too large for a test: ask what would be dispatched for it."""
     scene = Scene.of(ctx, Heightmap(rough(5, 5)))
     most = 65535  # GL_MAX_COMPUTE_WORK_GROUP_COUNT, guaranteed
-    scene.terrain.levels = layout.quadtree(16384, 16384)
+    scene.terrain.levels = layout.levels_over(16384, 16384)
     groups = []
     monkeypatch.setattr(
         scene.tables, "_run", lambda name, _j, _nodes, threads, **_: groups.append((name, *_groups(threads)))

@@ -36,32 +36,29 @@ def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
             told.corner[0] <= col <= told.corner[0] + told.side and told.corner[1] <= row <= told.corner[1] + told.side
         )
         assert told.chosen in told.choices and told.chosen.px <= told.tolerance_px == 1.0
-        assert told.chosen.segments * told.chosen.step in (0, told.side)
+        assert told.chosen.segments * told.chosen.step == told.side
         kinds.add(told.chosen.segments)
     assert len(kinds) > 1
 
 
-@pytest.mark.parametrize("method", ["sat", "quadtree"])
-def test_errors_bound_the_truth_and_shrink_with_more_segments(renderer, method):
-    renderer.draw(CAMERA, 2.0, cull=False, method=method, style=UNLIT)
+def test_errors_bound_the_truth_and_shrink_with_more_segments(renderer):
+    renderer.draw(CAMERA, 2.0, cull=False, style=UNLIT)
     heights = renderer.heightmap.heights.astype(np.float64)
     block = np.frombuffer(renderer.terrain.block.read(), layout.TERRAIN)[0]
     ends_m = np.abs([block["low_m"], block["low_m"] + block["span_m"]])
-    rounding_m = ends_m.max() * 2.0**-22 if method == "sat" else 0.0
+    rounding_m = ends_m.max() * 2.0**-22
     for x, y in places(renderer, 15):
         told = renderer.inspector.explain(x, y)
         (col, row), side = told.corner, told.side
         if min(col, row) < 0 or col + side > 128 or row + side > 128:
             continue
         part = heights[row : row + side + 1, col : col + side + 1]
-        quads = [choice for choice in told.choices if choice.segments and choice.step >= 1]
+        quads = [choice for choice in told.choices if choice.step >= 1]
         for choice in quads:
             assert true_error(part, int(choice.step)) <= choice.max_m * (1 + 1e-6) and choice.rms_m <= choice.max_m
         for coarse, fine in itertools.pairwise([each for each in told.choices if each.step < 1]):
             # a cell in n × n parts errs by |t| / (4 n²); vertices between posts are rounded
             assert fine.max_m - rounding_m == pytest.approx((coarse.max_m - rounding_m) / 4, rel=1e-3)
-        if method == "quadtree":
-            assert quads[-1].max_m == 0 and quads[-1].step == 1
 
 
 def test_a_patch_of_the_clipmap_is_certified_with_its_edges(renderer):
@@ -158,13 +155,9 @@ def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
     assert renderer.measure()["max_error_px"] <= 2.0
 
 
-def test_cells_before_the_eye_are_fans_when_triangles_are_asked_for(renderer):
-    """The posts are exact in both cases; what is chosen then is how the cell is drawn: as two triangles or as a fan."""
-    camera = tg.Camera((640.0, 600.0, renderer.height_at(640.0, 600.0) + 8.0), (640.0, 900.0, 0.0), 60.0)
-    renderer.draw(camera, triangles=8000, method="quadtree", style=UNLIT)
-    told = renderer.inspector.explain(645.0, 635.0)
-    assert (told.side, told.level, told.chosen.segments, told.chosen.step, told.chosen.px) == (1, 0, 0, 1, 0.0)
-    assert [choice.segments for choice in told.choices] == [1, 0]
+def test_a_method_without_choices_is_not_explained(renderer):
+    renderer.draw(CAMERA, method="full", style=UNLIT)
+    assert renderer.inspector.explain(640.0, 640.0) is None
 
 
 def test_nothing_is_explained_outside_the_map_or_the_picture(renderer):

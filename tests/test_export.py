@@ -27,7 +27,7 @@ def drawn(request, session_context):
     heightmap = MAPS["odd" if budget else request.param]()
     with session_context as ctx, Renderer(heightmap, (320, 180), ctx=ctx) as renderer:
         if budget:
-            renderer.draw(VIEW, triangles=5000, cull=False, method="quadtree", style=UNLIT)
+            renderer.draw(VIEW, triangles=5000, cull=False, style=UNLIT)
         else:
             renderer.draw(Camera.default(heightmap), 2.0, cull=False, style=UNLIT)
         assert (renderer.triangles() % 1).any() or not budget

@@ -11,7 +11,6 @@ from terrain_gl.gpu import layout, shaders
 from terrain_gl.light import gaussians, horizon, lobes
 
 UNIFORM_BLOCKS = {
-    "Terrain": (layout.TERRAIN, "blocks/terrain.glsl", 0),
     "View": (layout.VIEW, "blocks/view.glsl", 1),
 }
 
@@ -99,32 +98,20 @@ def test_node_round_trip(ctx):
     assert got[18:].tolist() == shares.view("<u4").ravel().tolist()
 
 
-def test_summary_round_trip(ctx):
-    record, sent = random_record(layout.SUMMARY)
-    buffer = ctx.buffer(sent.tobytes() + bytes(64))
-    expressions = [f"s_count[{i}]" for i in range(8)] + ["s_triangles", "s_splits", "s_worst_px"]
-    expressions += ["floatBitsToUint(s_price)", "s_asked"]
-    assert len(expressions) * 4 == layout.SUMMARY.itemsize
-    source = shaders.source("lod/quadtree/summary.glsl") + writes(expressions)
-    got = read_back(ctx, source, len(expressions), lambda _: buffer.bind_to_storage_buffer(4))
-    assert (got == sent).all()
-    assert got[10:12].view("f4").tolist() == [record["worst_px"], record["price"]]
-
-
 def test_patch_round_trip(ctx):
     edges = [0, 6, 1, 2]
-    word = f"(shape_word(11, -5, ivec4{tuple(edges)}) | IS_FAN)"
+    word = f"shape_word(11, -5, ivec4{tuple(edges)})"
     of_shape = f"shape_of(ivec4(-8, 0x3ff0, {word}, 0))"
-    names = ("corner.x", "corner.y", "side_log2", "step_log2", *(f"edges_log2[{i}]" for i in range(4)), "fan")
-    expressions = [word, f"split_edges_of({of_shape})", *(f"uint({of_shape}.{name})" for name in names)]
-    shape, split_edges, *got = read_back(
+    names = ("corner.x", "corner.y", "side_log2", "step_log2", *(f"edges_log2[{i}]" for i in range(4)))
+    expressions = [word, *(f"uint({of_shape}.{name})" for name in names)]
+    shape, *got = read_back(
         ctx, shaders.source("mesh/shape.glsl") + writes(expressions), len(expressions), lambda _: None
     ).tolist()
-    assert np.array(got, "u4").view("i4").tolist() == [-8, 0x3FF0, 11, -5, *edges, 1]
+    assert np.array(got, "u4").view("i4").tolist() == [-8, 0x3FF0, 11, -5, *edges]
     record = np.array([((-8, 0x3FF0), shape, 0.5)], layout.PATCH)
     p = layout.unpack_patches(record)
-    assert [*p.corner[0], *p.side_log2, *p.step_log2, *p.edges_log2[0], *p.fan] == [-8, 0x3FF0, 11, -5, *edges, 1]
-    assert p.split_edges == split_edges == 0b1110
+    assert [*p.corner[0], *p.side_log2, *p.step_log2, *p.edges_log2[0]] == [-8, 0x3FF0, 11, -5, *edges]
+    assert layout.shape_word(11, -5, 6) == layout.shape_word(11, -5, 0) | 0o6666 << 11
     assert p.size.tolist() == [[1 << 11]] and p.bound_px == 0.5
 
 
@@ -210,16 +197,15 @@ def test_shared_sizes_are_stated_in_python_alone():
             for name in layout.DEFINES:
                 assert f"#define {name} " not in path.read_text(encoding="utf-8"), path
     assert all(
-        f"#define {name} {value}\n" in shaders.source("lod/quadtree/tiles.comp")
-        for name, value in layout.DEFINES.items()
+        f"#define {name} {value}\n" in shaders.source("lod/rings/cull.comp") for name, value in layout.DEFINES.items()
     )
 
 
 @pytest.mark.parametrize(
     "size", [(2, 2), (3, 3), (2, 7), (4, 1000), (65, 65), (66, 65), (1024, 700), (16384, 16384)], ids=str
 )
-def test_quadtree_covers_the_map_without_overlap(size):
-    levels = layout.quadtree(*size)
+def test_nodes_cover_the_map_without_overlap(size):
+    levels = layout.levels_over(*size)
     cells = [n - 1 for n in size]
     assert levels[0].size == tuple(cells)
     assert levels[-1].size == (1, 1)
@@ -227,10 +213,9 @@ def test_quadtree_covers_the_map_without_overlap(size):
     assert len(levels) == 2 or max(cells) > 1 << (len(levels) - 2), "no level more than needed"
     for j, level in enumerate(levels):
         assert level.size == tuple(-(-n // 2**j) for n in cells)
-    assert levels[1].first_node == levels[1].first_word == 0, "cells have no record and do not split"
+    assert levels[1].first_node == 0, "cells have no record"
     for fine, coarse in zip(levels[1:], levels[2:], strict=False):
         assert coarse.first_node == fine.first_node + fine.nodes
-        assert coarse.first_word == fine.first_word + fine.words
     for fine, coarse in zip(levels, levels[1:], strict=False):
         assert coarse.first_count == fine.first_count + fine.counts[0] * fine.counts[1] * layout.CLASS_WORDS
     for j, level in enumerate(levels):

@@ -65,10 +65,9 @@ def measured_m(measurement, selection, shape):
     return got
 
 
-@pytest.mark.parametrize("method", ["sat", "quadtree"])
 @pytest.mark.parametrize("name", ["odd", "spike", "holes", "offset", "huge"])
-def test_measured_errors_are_those_of_the_captured_triangles(ctx, name, method):
-    scene = Scene.of(ctx, MAPS[name](), method=method)
+def test_measured_errors_are_those_of_the_captured_triangles(ctx, name):
+    scene = Scene.of(ctx, MAPS[name]())
     relief = scene.terrain.filled - np.float32(scene.terrain.base_m)
     exact = truth(relief)
     for view, triangles in (("default", None), ("corner", None), ("down", 5000)):
@@ -84,11 +83,10 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, name, method):
     scene.release()
 
 
-@pytest.mark.parametrize("method", ["sat", "quadtree"])
-def test_the_surface_is_measured_between_the_posts_too(ctx, method):
+def test_the_surface_is_measured_between_the_posts_too(ctx):
     """Two triangles a cell pass through every post of a twisted map, but not through the middles of its cells."""
     heightmap = MAPS["checkerboard"]()
-    scene = Scene.of(ctx, heightmap, method=method)
+    scene = Scene.of(ctx, heightmap)
     camera = Camera((480.0, -900.0, 200.0), (480.0, 480.0, 0.0), 40.0)
     with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
         renderer.draw(camera, method="full", style=UNLIT)
@@ -279,23 +277,21 @@ def test_no_place_in_the_picture_is_outside_the_parts_that_are_measured(name):
         assert not outside.any(), view
 
 
-@pytest.mark.parametrize("method", ["sat", "quadtree"])
-def test_a_metre_above_high_land_the_bound_counts_rounding(ctx, method):
+def test_a_metre_above_high_land_the_bound_counts_rounding(ctx):
     """Heights near 8,848 m are multiples of 1/1024 m in float32. The land here varies by a few such steps."""
     rng = np.random.default_rng([2411, 36])
     heightmap, size = random_map(rng), [(640, 360), (320, 700)][rng.integers(0, 2)]
     for _ in range(9):
         camera, px, metric = random_camera(rng, heightmap), float(10 ** rng.uniform(-1.5, 1)), rng.integers(0, 2)
     with tg.Renderer(heightmap, size, ctx=ctx) as renderer:
-        renderer.draw(camera, px, metric=("max", "rms")[metric], method=method, style=UNLIT)
+        renderer.draw(camera, px, metric=("max", "rms")[metric], style=UNLIT)
         stats = renderer.measure()
     assert stats["posts_measured"] > 0 and stats["max_error_px"] <= stats["certified_max_error_px"]
 
 
-@pytest.mark.parametrize("method", ["sat", "quadtree"])
-def test_no_mesh_with_vertices_between_posts_certifies_less_than_their_rounding(ctx, method):
+def test_no_mesh_with_vertices_between_posts_certifies_less_than_their_rounding(ctx):
     heights = 250.0 * np.arange(33) + 0.01 * np.random.default_rng(7).standard_normal((33, 33))  # a slope up to 8000 m
-    scene = Scene.of(ctx, Heightmap(heights, 1.0), SIZE, method)
+    scene = Scene.of(ctx, Heightmap(heights, 1.0), SIZE)
     assert scene.levels.select_everywhere(1e-6).certified_px >= 7999 * 2.0**-22
     scene.release()
 
@@ -328,7 +324,7 @@ def test_solid_posts_among_voids_are_within_the_certificate(ctx):
     heights[rng.random(heights.shape) < 0.3] = np.nan
     heights[~np.isnan(heights) & (rng.random(heights.shape) < 0.01)] += 60
     heightmap = Heightmap(heights, 10.0)
-    scene = Scene.of(ctx, heightmap, method="sat")
+    scene = Scene.of(ctx, heightmap)
     for view in ("default", "corner", "outside"):
         for asked_px in (0.5, 2.0, 5.0):
             check_bound(scene, cameras(heightmap)[view], asked_px, "max", f"{view} at {asked_px}")

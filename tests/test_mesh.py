@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, cameras, rough
 
+from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
@@ -236,3 +237,18 @@ def test_triangles_of_a_patch_are_those_that_the_error_tables_speak_of(ctx, name
     assert sizes_seen >= {0, 1, 2, 3}
     draw.release()
     scene.release()
+
+
+def test_a_patch_of_the_reference_covers_its_square_once():
+    for step, segments in ((1, 1), (4, 8), (2, 32)):
+        triangles = reference.patch_triangles((3, 5), step, segments)
+        areas = reference.areas(triangles)
+        assert len(triangles) == 2 * segments**2 and (areas == step**2 / 2).all()
+        assert triangles.min((0, 1)).tolist() == [3, 5]
+        assert triangles.max((0, 1)).tolist() == [3 + step * segments, 5 + step * segments]
+
+
+def test_vertices_stand_at_the_references_heights():
+    places = np.array([[0, 0], [3, 2], [0.5, 0.5], [2.5, 1.5]])
+    heights = rough(7, 9)
+    assert vertex_heights(heights, places) == pytest.approx(reference.vertex_heights(heights.astype("f8"), places))

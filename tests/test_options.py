@@ -65,12 +65,20 @@ def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):
     assert "--water" in capsys.readouterr().err
 
 
+def test_a_removed_method_is_refused_in_one_line(capsys):
+    with pytest.raises(UsageError, match="quadtree was removed before 1.0: use sat"):
+        RenderOptions(method="quadtree")
+    assert cli.main(["shot", "alpine", "-o", "picture.png", "--method", "quadtree"]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1 and "quadtree was removed before 1.0: use sat" in told
+
+
 def test_every_method_is_a_line_of_the_registry(monkeypatch):
     """Another method takes one line; without that line it is unknown."""
-    mine = Method(CERTIFIED, "renderer.methods:quadtree", "mine")
+    mine = Method(CERTIFIED, "renderer.methods:every_post", "mine")
     with tg.Renderer(tg.Heightmap(rough(33, 40), 10.0), (32, 24)) as renderer:
         with pytest.raises(KeyError):
             renderer.selectors["mine"]
         monkeypatch.setitem(REGISTRY, "mine", mine)
-        assert renderer.selectors["mine"] is renderer.selectors["quadtree"] is renderer.selectors["full"]
+        assert renderer.selectors["mine"] is renderer.selectors["full"]
         assert renderer.selectors["truth"] is not renderer.selectors["full"]

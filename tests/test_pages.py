@@ -376,7 +376,7 @@ def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
 
 def test_other_methods_are_refused(hills):
     with Renderer(StoredMap(hills[1]), SIZE) as renderer, pytest.raises(UsageError, match="store"):
-        renderer.draw(Camera((100, 100, 300), (100, 200, 0)), 1, method="quadtree")
+        renderer.draw(Camera((100, 100, 300), (100, 200, 0)), 1, method="full")
 
 
 def test_the_smallest_budgets_give_a_mesh_of_few_triangles(hills):

@@ -194,7 +194,7 @@ def lost_samples(ctx, seed, view):
     """Holes in the picture of one random map, which are samples of sky between slivers."""
     camera, tolerance_px, metric = view
     with Renderer(random_map(np.random.default_rng(seed)), (640, 360), ctx=ctx) as renderer:
-        renderer.draw(camera, tolerance_px, metric=metric, method="quadtree", style=UNLIT)
+        renderer.draw(camera, tolerance_px, metric=metric, style=UNLIT)
         return renderer.measure()["holes"]
 
 

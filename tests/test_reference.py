@@ -23,11 +23,7 @@ WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the fu
     "light/lit.glsl",
     "light/shown.glsl",
     "light/water.glsl",
-    "lod/quadtree/explain.comp",
     "lod/place.glsl",
-    "lod/quadtree/place.comp",
-    "lod/quadtree/tiles.comp",
-    "lod/quadtree/tiles.glsl",
     "lod/rings/count.comp",
     "lod/rings/emit.comp",
     "lod/rings/explain.comp",
@@ -99,4 +95,4 @@ def test_reference_imports_numpy_alone():
 
 def test_stages_are_functions_of_the_package():
     assert reference.sat is not sys.modules["terrain_gl.reference.sat"]
-    assert callable(reference.sat) and callable(reference.select) and callable(reference.land)
+    assert callable(reference.sat) and callable(reference.land)

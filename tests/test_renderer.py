@@ -411,7 +411,7 @@ def test_failed_renderer_leaves_the_context_usable(ctx, heightmap):
     r.release()
 
 
-def test_sides_beyond_the_quadtree_are_refused():
+def test_sides_beyond_fifteen_levels_are_refused():
     with pytest.raises(TerrainError, match="16386 x 2 posts"):
         tg.Heightmap(np.zeros((2, 16386), "f4"))
 

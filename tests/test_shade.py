@@ -14,7 +14,7 @@ from terrain_gl.gpu.context import create_context
 from terrain_gl.gpu.gl import use_default_framebuffer
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import HeightSums
-from terrain_gl.lod import Goal, QuadtreeSelector
+from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.shade.picture import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain
 
@@ -58,7 +58,7 @@ class Scene:
     def __init__(self, ctx, heightmap, size=(160, 90), samples=4):
         terrain = Terrain(ctx, heightmap)
         tables = ErrorTables(terrain)
-        levels = QuadtreeSelector(tables)
+        levels = RingsSelector(tables)
         self.parts = [terrain, tables, levels]
         self.levels, self.size = levels, size
         self.picture = Picture(tables, levels.view, size, samples)

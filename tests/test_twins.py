@@ -79,20 +79,12 @@ def test_share_of_the_suns_disc(ctx, elevation):
     assert got == pytest.approx(reference.disc_share(elevation, horizons, radius), abs=slack)
 
 
-def test_error_of_a_cell_that_is_cut(ctx):
-    twist = RNG.uniform(-50, 50, 40).astype("f4")
-    for segments_log2 in range(7):
-        statement = f"return vec4(cell_error_m(a.x, {segments_log2}));"
-        got = ask(ctx, "lod/quadtree/cell.glsl", statement, twist[:, None].repeat(4, 1))[:, 0]
-        exact = reference.cell_error(twist.astype("f8"), segments_log2)
-        assert (got >= exact).all() and got == pytest.approx(exact, rel=2e-6)
-
-
 BLOCKS = {
     "Lights": (LIGHTS, "light/lights.glsl"),
     "Tessellated": (tessellated.MEASURES, "comparison/tessellated/measures.glsl"),
     "Clipmap": (clipmap.CLIPMAP, "comparison/clipmap/ring.vert"),
     "Rings": (layout.RINGS, "lod/rings/rings.glsl"),
+    "Terrain": (layout.TERRAIN, "blocks/terrain.glsl"),
 }
 
 

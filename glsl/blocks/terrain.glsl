@@ -1,4 +1,4 @@
-// blocks/terrain.glsl — the map for every stage: its posts, its quadtree, its heights.
+// blocks/terrain.glsl — the map for every stage: its posts, its nodes, its heights.
 //   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to
 //   it. Level 0 has the cells of the map; level u_top_level has one node over the whole map (of a store, maybe more).
 //   Heights are metres above the terrain's base; voids are filled from their rim.
@@ -8,10 +8,8 @@
 struct Level {
     ivec2 size;         // nodes, columns and rows
     int first_node;     // first entry in node[], levels ≥ 1
-    int first_word;     // first entry in split[], levels ≥ 1: one bit for each node, 32 nodes of a row in a word
-    ivec2 tiles;        // tiles of 32 × 32 nodes, columns and rows
-    int first_tile;     // first tile in the list of all levels' tiles
     int first_count;    // first word of this level's table of class counters
+    int first_page;     // of a store: first entry in its table of pages
 };
 
 layout(std140, binding = 0) uniform Terrain {

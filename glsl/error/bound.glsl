@@ -6,7 +6,7 @@
 //   are exact for boxes of up to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. The error of a part is |t|/(4 n²),
 //   where t is the twist of the cell. So the table of level 0 is used with n² times the tolerance.
-// Provides is_within_m(), largest_m(), squares_m2().
+// Provides is_within_m(), largest_m(), squares_m2(), and range[].
 // Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
 
 #include "blocks/terrain.glsl"
@@ -14,6 +14,7 @@
 
 layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
 layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
+layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };  // of heights, a word for each node
 
 #define COUNTER(i) counter[i]
 #define SQUARE(i) square[i]

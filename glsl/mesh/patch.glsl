@@ -4,8 +4,6 @@
 struct Patch {
     ivec2 low, high;   // posts of its north-west and south-east corners; the latter may lie beyond the map
     float step_log2;   // log2 of the posts between its vertices
-    bool fan;
-    uint split_edges;  // split edges of a fan: bits W, N, E, S
     float bound_px;    // certified bound in its record; negative if it has none
 };
 
@@ -13,12 +11,11 @@ uvec4 words_of(Patch p) {
     return uvec4(uint(p.low.x) | uint(p.low.y) << 16,
                  uint(p.high.x) | uint(p.high.y) << 16,
                  floatBitsToUint(p.step_log2),
-                 uint(p.fan) | p.split_edges << 1 | packHalf2x16(vec2(0.0, min(p.bound_px, 6e4))));
+                 packHalf2x16(vec2(0.0, min(p.bound_px, 6e4))));
 }
 
 Patch patch_of(uvec4 words) {
     return Patch(ivec2(words.x & 0xffffu, words.x >> 16),
                  ivec2(words.y & 0xffffu, words.y >> 16),
-                 uintBitsToFloat(words.z),
-                 (words.w & 1u) != 0u, words.w >> 1 & 15u, unpackHalf2x16(words.w).y);
+                 uintBitsToFloat(words.z), unpackHalf2x16(words.w).y);
 }

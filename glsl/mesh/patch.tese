@@ -14,7 +14,6 @@ void main() {
     Shape s = shape_of(v_shape);
     ivec2 place = place_of(s, gl_TessCoord.xy), post = place >> 6;
     vec2 between = vec2(place & 63) / 64.0;
-    Patch p = Patch(max(s.corner, ivec2(0)), end_of(s), float(s.step_log2), s.fan, split_edges_of(s),
-                    intBitsToFloat(v_shape.w));
+    Patch p = Patch(max(s.corner, ivec2(0)), end_of(s), float(s.step_log2), intBitsToFloat(v_shape.w));
     put_vertex_between(post, between, bilinear_m(post, between), p);
 }

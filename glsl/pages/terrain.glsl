@@ -20,7 +20,7 @@ ivec2 pages_of(int level) { return (u_level[level].size + PAGE - 1) >> PAGE_LOG2
 #define LIT 0x80000000u  // bit in a page's word: the page has light
 
 uint word_of_page(int level, ivec2 page) {
-    return page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x);
+    return page_word(u_level[level].first_page + page.y * pages_of(level).x + page.x);
 }
 
 // The slot of a page; -1 if the page is not loaded.

@@ -11,7 +11,7 @@ flat in uvec4 g_of_patch;
 in vec3 g_weights;
 
 layout(location = 0) out vec4 out_drawn;
-// x: 2 + log2 of the posts between vertices, negative for fans; y: triangle's edge, 0 to 1;
+// x: log2 of the posts between vertices; y: triangle's edge, 0 to 1;
 // z: log2 of the segments a side, whole, plus the patch's border, 0 to 1; w: px of put_detail()
 
 // Lines are one pixel wide, and fainter on small triangles.
@@ -37,5 +37,5 @@ void put_detail(float px) {
     ivec2 size = p.high - p.low;
     float segments_log2 = round(log2(float(min(size.x, size.y))) - p.step_log2);
     float border = segments_log2 + min(border_line(g_post, p, post_per_px), 0.99);
-    out_drawn = vec4((p.step_log2 + 2.0) * (p.fan ? -1.0 : 1.0), edge_line(), border, min(px, 6e4));
+    out_drawn = vec4(p.step_log2, edge_line(), border, min(px, 6e4));
 }

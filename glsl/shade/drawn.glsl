@@ -12,14 +12,13 @@ uniform float u_error_scale_px;  // the error at the end of the colours; 0: the 
 
 struct Drawn {
     float step_log2;
-    bool fan;
     float edge, segments_log2, border;
     float px;  // error, or bound
 };
 
 Drawn drawn_at(int sample_) {
     vec4 d = texelFetch(u_drawn, ivec2(FRAG_COORD.xy), sample_);
-    return Drawn(abs(d.x) - 2.0, d.x < 0.0, d.y, floor(d.z), fract(d.z), d.w);
+    return Drawn(d.x, d.y, floor(d.z), fract(d.z), d.w);
 }
 
 // Brightness of matt white ground under a sun and a white sky.

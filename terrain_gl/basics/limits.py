@@ -6,7 +6,7 @@ import shlex
 from .exceptions import TerrainError
 
 MAX_POSTS = 16384 * 16384
-MAX_SIDE = 16385  # posts a side that a quadtree of 15 levels covers
+MAX_SIDE = 16385  # posts a side that 15 levels of nodes cover
 
 
 def check_size(rows: int, cols: int, name: str) -> None:

@@ -17,8 +17,7 @@ from ..shade.picture import UNLIT
 from . import options, report, stores, values
 
 RELIEF_SHARE = 5e-3  # default error of a mesh, as a part of the map's relief
-_METHOD = "quadtree"  # it needs fewer triangles, but stores do not have it
-_PAYS_TIMES = 4  # a raster of fewer posts than 4 · `cache.PAYS_POSTS` is held in memory, where the quadtree works
+_PAYS_TIMES = 4  # a raster of fewer posts than 4 · `cache.PAYS_POSTS` is held in memory: no store is built for it
 _VIEW_OPTIONS = ("max_error_px", "triangles", "parameters", "cull", "view", "eye", "target", "at", "stand")
 
 
@@ -47,7 +46,7 @@ def add(commands: Any) -> None:
     command.add_argument("--cull", action="store_true", help="of a view: leave out patches outside the picture")
     stores.add_options(command, pays_times=_PAYS_TIMES)
     options.add_rendering(command)
-    command.set_defaults(method=None)  # the quadtree for maps in memory, sat for stores
+    command.set_defaults(method=None)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -56,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     is_page = Path(args.output).suffix.lower() == ".html"
     if is_page:
         args.texture = args.texture or LONGEST_PX
-    if args.max_error_m and (args.triangles or args.max_error_px or args.method not in (None, _METHOD)):
+    if args.max_error_m and (args.triangles or args.max_error_px or args.method):
         of_view = "--triangles, --max-error and --method"
         raise UsageError(f"--max-error-m is for the whole map, not for a view: leave out {of_view}")
     if args.texture:
@@ -99,15 +98,14 @@ def _drawn(args: argparse.Namespace, scene: options.CommandScene, is_page: bool)
 
 def _has_view(args: argparse.Namespace) -> bool:
     """Whether the options request the mesh of a view."""
-    is_asked = args.method not in (None, _METHOD) or any(getattr(args, name) for name in _VIEW_OPTIONS)
+    is_asked = args.method is not None or any(getattr(args, name) for name in _VIEW_OPTIONS)
     return not args.max_error_m and is_asked
 
 
 def _of_view(
     renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    method = args.method or ("sat" if renderer.streaming else _METHOD)
-    stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT, "method": method})
+    stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT, "method": args.method or "sat"})
     return renderer.triangles(), renderer.inspector.drawn_heights(), stats
 
 

@@ -129,6 +129,8 @@ def add_option(group: Any, name: str) -> None:
         how: dict[str, Any] = {"metavar": flag.metavar, "default": default}
         if option.choices:
             how = {"choices": option.choices, "default": default}
+            if name == "method":
+                how["type"] = values.method
         elif flag.kind != "file":
             how["type"] = getattr(values, flag.kind)
         group.add_argument(flag.name, dest=name, help=flag.help, **how)

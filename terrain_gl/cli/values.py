@@ -9,8 +9,16 @@ from datetime import datetime
 from ..basics.exceptions import UsageError
 from ..comparison.clipmap import Rings
 from ..comparison.tessellated import Edges
+from ..renderer.methods import REMOVED
 
 FARTHEST_M = 1e9  # larger numbers are refused as mistakes
+
+
+def method(text: str) -> str:
+    """The name of a method. A method that was removed has an error of its own."""
+    if text in REMOVED:
+        raise argparse.ArgumentTypeError(REMOVED[text])
+    return text
 
 
 def number(text: str) -> float:

@@ -12,9 +12,7 @@ from .gl import MOST_VERTICES
 from .packing import ERROR_UNIT
 
 MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
-TILE = 32  # nodes a side of the tile that one work group turns into patches; a row is one word with a bit for each node
 SIZES = 7  # patches have 2^0 to 2^6 segments a side
-GROUP = 64  # threads of a work group that processes words
 COUNT_TILE_LOG2 = 1  # log2 of the side, in nodes, of a tile of one class counter; one more on level 0, the cells
 COUNT_TILE = 1 << COUNT_TILE_LOG2
 CLASSES = 64  # error classes: glsl/blocks/terrain.glsl
@@ -39,10 +37,9 @@ LEVEL = np.dtype(
     [
         ("size", "2i4"),
         ("first_node", "i4"),
-        ("first_word", "i4"),
-        ("tiles", "2i4"),
-        ("first_tile", "i4"),
         ("first_count", "i4"),
+        ("first_page", "i4"),
+        ("pad", "3i4"),
     ]
 )
 TERRAIN = np.dtype(
@@ -137,6 +134,7 @@ VIEW = np.dtype(
 
 # glsl/mesh/shape.glsl
 PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
+EDGE_BITS = 11, 14, 17, 20  # first bit of each edge in a shape: west, north, east, south
 
 
 class Patches(NamedTuple):
@@ -146,7 +144,6 @@ class Patches(NamedTuple):
     side_log2: np.ndarray  # log2 of the posts along a side
     step_log2: np.ndarray  # log2 of the posts between vertices: negative if cells are cut
     edges_log2: np.ndarray  # (n, 4) log2 of the segments of the west, north, east and south edge
-    fan: np.ndarray  # whether a leaf of the quadtree is one fan
     bound_px: np.ndarray  # negative if the patch has no bound
 
     @property
@@ -154,40 +151,31 @@ class Patches(NamedTuple):
         """Columns and rows of posts that each patch covers, (n, 1)."""
         return 1 << self.side_log2[:, None]
 
-    @property
-    def split_edges(self) -> np.ndarray:
-        """Split edges of fans, bits 0 to 3: west, north, east, south."""
-        return np.where(self.fan, (np.minimum(self.edges_log2, 1) << np.arange(4)).sum(1), 0)
+
+def shape_word(side_log2: int, step_log2: int, edges_log2: int) -> int:
+    """The shape of a patch whose four edges have equally many segments."""
+    return side_log2 | step_log2 + 16 << 5 | sum(edges_log2 << first for first in EDGE_BITS)
 
 
 def unpack_patches(records: np.ndarray) -> Patches:
     """Decode records `PATCH`, (n,)."""
     shape = records["shape"].astype(np.int64)
-    edges = np.stack([shape >> first & 7 for first in (11, 14, 17, 20)], -1)
+    edges = np.stack([shape >> first & 7 for first in EDGE_BITS], -1)
     corner = records["corner"].astype(np.int64)
-    fan = (shape >> 23 & 1).astype(bool)
-    return Patches(corner, shape & 31, (shape >> 5 & 63) - 16, edges, fan, records["bound_px"].astype(float))
+    return Patches(corner, shape & 31, (shape >> 5 & 63) - 16, edges, records["bound_px"].astype(float))
 
 
 class Level(NamedTuple):
-    """Sizes of one level of the quadtree, and where its entries begin in the tables; fields as in `LEVEL`."""
+    """Sizes of one level of nodes, and where its entries begin in the tables; the first fields of `LEVEL`."""
 
     size: tuple[int, int]
     first_node: int
-    first_word: int
-    tiles: tuple[int, int]
-    first_tile: int
     first_count: int
 
     @property
     def nodes(self) -> int:
         """Number of nodes of the level."""
         return self.size[0] * self.size[1]
-
-    @property
-    def words(self) -> int:
-        """Number of words with one bit for each node; every row starts a new word."""
-        return -(-self.size[0] // TILE) * self.size[1]
 
     @property
     def counts(self) -> tuple[int, int]:
@@ -197,35 +185,30 @@ class Level(NamedTuple):
     @property
     def count_tile(self) -> int:
         """Nodes along a side of the tile that one class counter covers."""
-        return COUNT_TILE if self.first_tile else 2 * COUNT_TILE
+        return COUNT_TILE if self.first_count else 2 * COUNT_TILE
 
 
-def quadtree(cols: int, rows: int, least_top: int = 1) -> list[Level]:
-    """Levels of the quadtree over a map of cols × rows posts, from its cells to one node over the whole map.
+def levels_over(cols: int, rows: int, least_top: int = 1) -> list[Level]:
+    """Levels of nodes over a map of cols × rows posts, from its cells to one node over the whole map.
 
     There are at least `least_top` levels above the cells.
     """
     top = max(least_top, (max(cols, rows) - 2).bit_length())
     levels: list[Level] = []
-    node = word = tile = count = 0
+    node = count = 0
     for j in range(top + 1):
         size = (nodes_along(cols, j), nodes_along(rows, j))
-        tiles = (-(-size[0] // TILE), -(-size[1] // TILE))
-        levels.append(Level(size, node, word, tiles, tile, count))
-        tile += tiles[0] * tiles[1]
+        levels.append(Level(size, node, count))
         count += levels[j].counts[0] * levels[j].counts[1] * CLASS_WORDS
-        if j:  # cells do not split, and have no record
+        if j:  # cells have no record
             node += levels[j].nodes
-            word += levels[j].words
     return levels
 
 
 # Sizes that shaders share with Python. The loader writes them into every shader.
 DEFINES = {
     "MAX_LEVELS": MAX_LEVELS,
-    "TILE": TILE,
     "SIZES": SIZES,
-    "GROUP": GROUP,
     "MOST_VERTICES": MOST_VERTICES,
     "COUNT_TILE_LOG2": COUNT_TILE_LOG2,
     "CLASSES": CLASSES,
@@ -240,18 +223,6 @@ DEFINES = {
     "HOLE": HOLE,
     "HOLED": HOLED,
 }
-
-# glsl/lod/quadtree/summary.glsl
-SUMMARY = np.dtype(
-    [
-        ("count", "u4", 8),
-        ("triangles", "u4"),
-        ("splits", "u4"),
-        ("worst_px", "f4"),
-        ("price", "f4"),
-        ("asked", "u4"),
-    ]
-)
 
 # glsl/lod/rings/rings.glsl
 RING = np.dtype([("origin", "2i4"), ("blocks", "2i4"), ("level", "i4"), ("first_block", "i4"), ("pad", "2i4")])

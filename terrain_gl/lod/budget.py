@@ -1,8 +1,8 @@
 """Searches for a mesh: with a budget of triangles, or with a mean error over the picture.
 
---triangles N --metric max    the smallest tolerance whose mesh has at most N triangles, for both certified methods
---triangles N --metric rms    the lowest price of a triangle whose mesh has at most N triangles, for the clipmap
---max-error E --metric rms    the highest price of a triangle whose mesh has a mean error of at most E, for the clipmap
+--triangles N --metric max    the smallest tolerance whose mesh has at most N triangles
+--triangles N --metric rms    the lowest price of a triangle whose mesh has at most N triangles
+--max-error E --metric rms    the highest price of a triangle whose mesh has a mean error of at most E
 
 `smallest` does all three: it finds the smallest x whose mesh uses at most a given amount, of triangles or of error. x
 is the logarithm of the tolerance or of the price; for a mean, x is minus the logarithm of the price. A price decides

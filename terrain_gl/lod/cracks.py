@@ -41,7 +41,7 @@ def count_cracks(patches: layout.Patches, last: tuple[int, int]) -> int:
     lines = np.stack([low[:, 0], low[:, 1], high[:, 0], high[:, 1]], -1)  # west, north, east, south
     limits = np.array([last[0], last[1], last[0], last[1]])
     inside = (lines > 0) & (lines < limits) & on_map[:, [1, 0, 1, 0]]
-    own = np.where(patches.fan, 0, patches.side_log2 - patches.step_log2)
+    own = patches.side_log2 - patches.step_log2
     return int(((patches.edges_log2 > own[:, None]) & inside).sum())
 
 
@@ -51,6 +51,4 @@ def count_triangles(patches: layout.Patches, last: tuple[int, int]) -> int:
     begin, end = np.maximum(patches.corner, 0), np.minimum(patches.corner + patches.size, last)
     first, after = np.floor((begin - patches.corner) / step), np.ceil((end - patches.corner) / step)
     across = np.maximum(after - first, 0).astype(np.int64)
-    # a fan has four triangles around its centre; at a rim, where it has one segment, a triangle has no area
-    in_fan = across.sum(1) * (across > 0).all(1)
-    return int(np.where(patches.fan, in_fan, 2 * across.prod(1)).sum())
+    return int(2 * across.prod(1).sum())

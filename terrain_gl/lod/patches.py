@@ -1,4 +1,4 @@
-"""Shared by rings and quadtree: one record for each patch, and the shaders that turn it into triangles."""
+"""Patches: one record for each, and the shaders that turn it into triangles."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class OfPatches:
         return layout.unpack_patches(np.frombuffer(self.patches.read(size) if size else b"", layout.PATCH))
 
     def selection_of(self, summary: np.void) -> Selection:
-        """The mesh whose numbers are in a record `layout.SUMMARY` or `layout.RING_SUMMARY`."""
+        """The mesh whose numbers are in a record `layout.RING_SUMMARY`."""
         counts = tuple(summary["count"][: layout.SIZES].tolist())
         cut = [4 * (64 - 2**s) if self.cuts_edges else 0 for s in range(layout.SIZES)]
         vertices = [(2**s + 1) ** 2 + more for s, more in enumerate(cut)]  # of a patch, as lod/place.glsl counts them

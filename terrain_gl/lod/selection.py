@@ -63,13 +63,13 @@ class Selection:
     surface
         Draws the patches.
     counts
-        Number of patches by size: 1, 2, 4, ... segments along the shorter side. Fans count as 2.
+        Number of patches by size: 1, 2, 4, ... segments a side.
     triangles
         Triangles of the patches, without those that have no area.
     most_triangles
         An upper bound of the triangles that the GPU makes, those without area included.
     splits
-        Of the quadtree: nodes that were split. Of the clipmap: leaves smaller than their block.
+        Leaves smaller than their block.
     certified_px
         The bound of the screen error over all drawn patches, in the requested metric; in metres with `METRES`; None if
         nothing is certified.

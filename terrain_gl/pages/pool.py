@@ -302,6 +302,6 @@ class PagePool:
         block = block_of(self.heightmap, self.top_level, self._low_m - self.base_m, self.span_m)
         for level in range(self.top_level + 1):
             block["level"][level]["size"] = self.heightmap.nodes(level)[::-1]
-            block["level"][level]["first_word"] = self.numbering.first[level]
+            block["level"][level]["first_page"] = self.numbering.first[level]
         block["level"][0]["first_node"] = self.numbering.total
         return block

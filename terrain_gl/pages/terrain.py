@@ -122,7 +122,6 @@ class PagedTables:
         self.counters = gl.reserve(self.ctx, 4 * self._words * slots, "a table of counters")
         self.squares = gl.reserve(self.ctx, self._words // 2 * slots, "a table of squared errors")
         self.ranges = gl.reserve(self.ctx, layout.NODE_RANGE.itemsize * side**2 * slots, "a table of height ranges")
-        self.nodes = self.ctx.buffer(bytes(16))  # nothing reads records
         for key in terrain.roots:
             self.put(key, sums_of(terrain.heightmap, key))
         terrain.send()
@@ -135,11 +134,11 @@ class PagedTables:
     @property
     def resources(self) -> Resources:
         """What shaders read of the tables."""
-        return {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
+        return {"Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
 
     def bind(self) -> None:
         """Bind the tables for shaders that read bounds."""
-        bind("lod/quadtree/patch_bound.glsl", **self.resources)
+        bind("error/bound.glsl", **self.resources)
 
     def put(self, key: PageKey, sums: Sums) -> None:
         """Put a page into a free slot. The page above it must be loaded. Shaders see it after `PagedTerrain.send`."""
@@ -186,5 +185,5 @@ class PagedTables:
 
     def release(self) -> None:
         """Release GPU resources."""
-        for buffer in (self.counters, self.squares, self.ranges, self.nodes):
+        for buffer in (self.counters, self.squares, self.ranges):
             buffer.release()

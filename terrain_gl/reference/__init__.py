@@ -5,7 +5,8 @@
     error       the error of each node (`nodes`), also `between` posts, of any box (`bound`), after an edit (`widening`)
     project     from metres to pixels; `curvature`: the Earth is round
     hidden      the horizon around the eye, and the land below it
-    rings       the selection of method sat; `quadtree`, with `tree` and `patches`: that of method quadtree
+    rings       the selection of method sat
+    tree        a restricted quadtree: for comparison, and for the course
     mesh        the triangles of a patch
     shade       mean height and mean slope under a pixel
     light       lobes of light; `horizon`: what each place sees of sun and sky
@@ -26,9 +27,7 @@ from .horizon import *
 from .light import *
 from .mesh import *
 from .nodes import *
-from .patches import *
 from .project import *
-from .quadtree import *
 from .sat import *
 from .shade import *
 from .tree import *

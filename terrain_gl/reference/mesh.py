@@ -16,42 +16,6 @@ def patch_triangles(corner: tuple[int, int], step: int, segments: int) -> np.nda
     return np.concatenate([cells + half for half in halves])
 
 
-# The rim of a fan runs through its corners and the middles of its split edges. Each segment of the rim forms a triangle
-# with the centre.
-
-
-def fan_triangles(
-    low: tuple[int, int], high: tuple[int, int], middle: tuple[float, float], edges: np.ndarray
-) -> np.ndarray:
-    """Triangles of a fan, (n, 3, 2) posts, without triangles that have no area.
-
-    Parameters
-    ----------
-    low, high, middle
-        Column and row of its north-west and south-east corners, and of its centre.
-    edges
-        (4,) bool: which of the edges west, north, east and south are split.
-    """
-    x0, y0 = low
-    x1, y1 = high
-    xm, ym = middle
-    ring = [
-        (x0, y0),
-        (x0, ym),
-        (x0, y1),
-        (xm, y1),
-        (x1, y1),
-        (x1, ym),
-        (x1, y0),
-        (xm, y0),
-    ]  # counter-clockwise on the map
-    west, north, east, south = edges
-    keep = [True, west, True, south, True, east, True, north]
-    rim = np.array([post for post, kept in zip(ring, keep, strict=True) if kept], float)
-    found = np.stack([np.broadcast_to(middle, rim.shape), rim, np.roll(rim, -1, 0)], 1)
-    return found[areas(found) != 0]
-
-
 def areas(triangles: np.ndarray) -> np.ndarray:
     """Signed area of each triangle (n, 3, 2), in cells; positive if it is seen from above."""
     (ax, ay), (bx, by) = (np.moveaxis(triangles[:, i] - triangles[:, 0], -1, 0) for i in (1, 2))

@@ -12,13 +12,13 @@ from ..gpu.selftest import check_driver
 from ..gpu.session import Session, steps_in_session
 from ..gpu.timing import StageTimer
 from ..heightmap import Heightmap
-from ..lod import QuadtreeSelector, ViewBlock
+from ..lod import ViewBlock
 from ..pages.map import PagedMap
 from ..pages.streaming import Streaming
 from ..pages.terrain import PagedTables, PagedTerrain
 from ..shade.picture import Picture
 from ..terrain import Terrain
-from .methods import Selectors, quadtree
+from .methods import Selectors
 
 Size = tuple[int, int]
 
@@ -72,11 +72,6 @@ class GpuResources:
         except BaseException:  # a step failed, or the generator was closed
             self.session.release()
             raise
-
-    @property
-    def quadtree(self) -> QuadtreeSelector:
-        """The quadtree's selector."""
-        return self.selectors.shared(quadtree)
 
     def resize(self, size: Size) -> None:
         """Change the picture's size; its pixels are lost."""

@@ -185,11 +185,11 @@ class Inspector:
         return triangles, counts | bound | loaded
 
     def _everywhere(self, max_error_m: float) -> tuple[Selection, dict[str, Any]]:
-        """The mesh of the whole map by the quadtree; for a store by the clipmap, after all its tiles are loaded."""
-        if not self.resources.streaming:
-            return self.resources.quadtree.select_everywhere(max_error_m), {}
+        """The mesh of the whole map; of a store after all its tiles are loaded."""
         rings = self.resources.selectors["sat"]
         assert isinstance(rings, RingsSelector)
+        if not self.resources.streaming:
+            return rings.select_everywhere(max_error_m), {}
         goal = Goal(max_error_m, METRES, cull=False)
         above = Camera.default(self.resources.terrain.heightmap)
         return self.resources.streaming.select(lambda _: rings.select_everywhere(max_error_m), above, goal)

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 from ..basics.rect import Rect
 from ..camera import Camera
 from ..error import ErrorTables
-from ..lod import Goal, QuadtreeSelector, RingsSelector, Selection, ViewBlock
+from ..lod import EveryPost, Goal, RingsSelector, Selection, ViewBlock
+from ..lod.every_post import TRUTH
 from ..terrain import Terrain
 
 CERTIFIED = "certified"
@@ -43,11 +44,11 @@ REGISTRY = {
     "sat": Method(CERTIFIED, "renderer.methods:rings_of_tables", "a clipmap, its detail chosen by summed-area tables"),
     "clipmap": Method(BASELINE, "comparison.clipmap:Clipmap", "geometry clipmaps"),
     "tessellated": Method(BASELINE, "comparison.tessellated:Tessellated", "clipmaps with hardware tessellation"),
-    "quadtree": Method(CERTIFIED, "renderer.methods:quadtree", "a restricted quadtree: in most views fewer triangles"),
-    "full": Method(EXACT, "renderer.methods:quadtree", "every post"),
-    "truth": Method(EXACT, "comparison.bilinear:Bilinear", "every post, bilinear in between"),
+    "full": Method(EXACT, "renderer.methods:every_post", "every post"),
+    "truth": Method(EXACT, "renderer.methods:true_surface", "every post, bilinear in between"),
 }
 METHODS = tuple(REGISTRY)
+REMOVED = {"quadtree": "method quadtree was removed before 1.0: use sat"}
 BASELINES = tuple(name for name, method in REGISTRY.items() if method.kind == BASELINE)
 EVERY_POST = tuple(name for name, method in REGISTRY.items() if method.kind == EXACT)
 
@@ -125,9 +126,14 @@ class Selectors:
             self._made.popitem()[1].release()
 
 
-def quadtree(selectors: Selectors) -> QuadtreeSelector:
-    """The restricted quadtree: methods "quadtree" and "full"."""
-    return QuadtreeSelector(selectors.tables, selectors.view)
+def every_post(selectors: Selectors) -> EveryPost:
+    """Every post in the picture: method "full"."""
+    return EveryPost(selectors.tables, selectors.view)
+
+
+def true_surface(selectors: Selectors) -> EveryPost:
+    """Every post in the picture, and the bilinear surface between posts: method "truth"."""
+    return EveryPost(selectors.tables, selectors.view, TRUTH)
 
 
 def rings_of_tables(selectors: Selectors) -> RingsSelector:

@@ -23,7 +23,7 @@ from ..light.ramps import Photo, Values
 from ..lod import METRICS, Goal
 from ..shade.picture import GRAINS, STYLES, SUN, VOIDS, Look
 from ..shade.surroundings import SURROUNDINGS
-from .methods import EVERY_POST, METHODS, REGISTRY
+from .methods import EVERY_POST, METHODS, REGISTRY, REMOVED
 
 NEAR = 0.1  # default distance of the near plane, in spacings
 
@@ -101,8 +101,7 @@ class FrameOptions:
     max_error_px
         The tolerance of the screen error: the distance in pixels between the drawn and the true position of a point of
         the surface. It bounds the largest error (metric "max"), or the root mean square over the drawn land in the
-        picture ("rms"; with the quadtree, over each leaf). By default 1, unless `triangles` is given. Baselines certify
-        nothing, and ignore it.
+        picture ("rms"). By default 1, unless `triangles` is given. Baselines certify nothing, and ignore it.
     triangles
         Instead of a tolerance: the largest number of triangles, from 2 on. With the metric "max", the mesh is the one
         with the smallest tolerance. With "rms", the triangles are used where they reduce the sum of the squared screen
@@ -113,9 +112,9 @@ class FrameOptions:
         "max" or "rms": the error that the tolerance bounds, or that the budget minimises. By default "max"; for a
         budget, "rms".
     method
-        One of `renderer.methods.METHODS`: "sat" (the default) or "quadtree", which are certified; a baseline,
-        "clipmap" or "tessellated"; "full" for every post in the picture; or "truth", the same with the bilinear surface
-        between posts.
+        One of `renderer.methods.METHODS`: "sat" (the default), which is certified; a baseline, "clipmap" or
+        "tessellated"; "full" for every post in the picture; or "truth", the same with the bilinear surface between
+        posts.
     style
         One of `terrain_gl.shade.picture.STYLES`.
     sun
@@ -277,6 +276,8 @@ class FrameOptions:
     chosen_for: Camera | None = _option(None, "")
 
     def __post_init__(self) -> None:
+        if self.method in REMOVED:
+            raise UsageError(REMOVED[self.method])
         if not self.metric:
             object.__setattr__(self, "metric", self._usual_metric)
         self._check_detail()

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ..basics.rect import Area, nodes_along
-from ..gpu.layout import quadtree
+from ..gpu.layout import levels_over
 
 TILE = 256  # posts a side
 SHARD = 2048
@@ -28,7 +28,7 @@ class StoreSizes(NamedTuple):
     @property
     def top(self) -> int:
         """The coarsest level: the top of the map's tree, or, if finer, the level with nodes as large as a shard."""
-        return min(len(quadtree(self.cols, self.rows)) - 1, self.shard.bit_length() - 1)
+        return min(len(levels_over(self.cols, self.rows)) - 1, self.shard.bit_length() - 1)
 
     @property
     def fine(self) -> int:

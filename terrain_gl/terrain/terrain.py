@@ -44,7 +44,7 @@ class Terrain:
     span_m
         Width of the quantisation range. Tables store heights and errors as fractions of this width.
     levels
-        Sizes of the quadtree's levels.
+        Sizes of the levels of nodes.
     """
 
     streams = False  # whether parts of the map may be missing on the GPU
@@ -71,7 +71,7 @@ class Terrain:
             raise TerrainError(
                 f"{heightmap.name}: {size[0]}x{size[1]} posts, but this GPU's textures end at {most}: use a smaller map"
             )
-        self.levels = layout.quadtree(*size, least_top)
+        self.levels = layout.levels_over(*size, least_top)
         self.heights = gl.texel_texture(self.ctx, size, "f4")
         self.marks = self._make_marks()
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)
@@ -275,7 +275,8 @@ class Terrain:
     def _describe(self) -> np.ndarray:
         block = block_of(self.heightmap, self.top_level, self._low_m - self.base_m, self.span_m)
         for j, level in enumerate(self.levels):
-            block["level"][j] = tuple(level)
+            for name, value in level._asdict().items():
+                block["level"][j][name] = value
         return block
 
 

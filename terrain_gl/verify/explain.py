@@ -1,28 +1,25 @@
 """Why a patch is drawn as it is: its possible levels, with their errors in metres and on the screen.
 
-The errors come from the same tables and the same shader code that choose the level: glsl/lod/rings/explain.comp for
-the rings, glsl/lod/quadtree/explain.comp for the quadtree.
+The errors come from the same tables and the same shader code that choose the level: glsl/lod/rings/explain.comp.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import moderngl
 import numpy as np
 
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
-from ..lod import QuadtreeSelector, RingsSelector, Selection
+from ..lod import RingsSelector, Selection
 from ..lod.patches import OwnEdges
 
-_CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
-_ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
+_EXPLAIN = "lod/rings/explain.comp"
 _LOOKUP = np.dtype(
     [("tiles", "4i4"), ("corners", "4u4"), ("class", "i4"), ("level", "i4"), ("above", "i4"), ("limit_m", "f4")]
 )
-_RING_ANSWER = np.dtype(
+_ANSWER = np.dtype(
     [("projection", "4f4"), ("range_m", "4f4"), ("choice", "4f4", layout.SIZES), ("lookup", _LOOKUP, layout.SIZES)]
 )
 
@@ -65,7 +62,7 @@ class Choice:
     Attributes
     ----------
     segments
-        Segments a side; 0 for a fan around the centre.
+        Segments a side.
     step
         Posts between vertices; less than 1 where cells of the map are cut.
     max_m, rms_m
@@ -73,7 +70,7 @@ class Choice:
     px
         Bound of the error on the screen, in the requested metric.
     lookup
-        The look-up that decides whether this choice is enough; None if there is none, as for a quadtree or a store.
+        The look-up that decides whether this choice is enough; None if there is none, as for a store.
     """
 
     segments: int
@@ -109,7 +106,7 @@ class Explanation:
     tolerance_px, metric
         The requested tolerance and its metric.
     bound_px
-        The bound of the patch together with its cut edges; None for a quadtree.
+        The bound of the patch together with its cut edges.
     hidden_by
         If the patch is hidden, and so not drawn: the ridge in front of it, x and y in world metres.
     joined
@@ -127,7 +124,7 @@ class Explanation:
     in_picture: bool
     tolerance_px: float
     metric: str
-    bound_px: float | None = None
+    bound_px: float
     hidden_by: tuple[float, float] | None = None
     joined: Choice | None = None
 
@@ -137,8 +134,8 @@ class PatchExplainer:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
-        self._kernels: dict[str, Any] = {}
-        self._answer = self.ctx.buffer(reserve=max(_ANSWER.itemsize, _RING_ANSWER.itemsize))
+        self._kernel = shaders.compute(ctx, _EXPLAIN)
+        self._answer = self.ctx.buffer(reserve=_ANSWER.itemsize)
 
     def explain(
         self, selection: Selection, post: tuple[float, float], tolerance_px: float, metric: str
@@ -150,7 +147,7 @@ class PatchExplainer:
         surface = selection.surface
         if isinstance(surface, OwnEdges):
             surface = surface.agreed
-        if not isinstance(surface, RingsSelector | QuadtreeSelector):
+        if not isinstance(surface, RingsSelector):
             return None
         patches = surface.chosen(selection)
         at = _over(patches, post)
@@ -159,49 +156,33 @@ class PatchExplainer:
         corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
         side_log2 = int(patches.side_log2[at])
         step_log2 = int(patches.step_log2[at])
-        is_fan = bool(patches.fan[at])
-        segments = 0 if is_fan else 1 << side_log2 - step_log2
-        bound_px = joined = hidden_by = None
-        if isinstance(surface, RingsSelector):
-            answer = self._ask_rings(surface, corner, side_log2)
-            choices = _ring_choices(answer, side_log2)
-            bound_px = float(patches.bound_px[at])
-            around = corner[0] & -2 << side_log2, corner[1] & -2 << side_log2
-            four = _ring_choices(self._ask_rings(surface, around, side_log2 + 1), side_log2 + 1)
-            joined = next((each for each in four if each.step == 2.0 ** (step_log2 + 1)), None)
-            hidden_by = _ridge(surface, post) if at >= selection.patches else None
-        else:
-            asked = {"low": corner, "side_log2": side_log2, "edges": int(patches.split_edges[at])}
-            answer = self._ask(surface, "lod/quadtree/explain.comp", _ANSWER, **asked)
-            choices = _choices(answer, side_log2, is_fan)
-        chosen = next((choice for choice in choices if choice.segments == segments), None)
-        if chosen is None:  # a cell that is cut between its posts: lod/quadtree/explain.comp has no such choice
+        answer = self._ask(surface, corner, side_log2)
+        choices = _choices(answer, side_log2)
+        around = corner[0] & -2 << side_log2, corner[1] & -2 << side_log2
+        four = _choices(self._ask(surface, around, side_log2 + 1), side_log2 + 1)
+        joined = next((each for each in four if each.step == 2.0 ** (step_log2 + 1)), None)
+        hidden_by = _ridge(surface, post) if at >= selection.patches else None
+        chosen = next((choice for choice in choices if choice.segments == 1 << side_log2 - step_log2), None)
+        if chosen is None:
             return None
-        about = corner, 1 << side_log2, side_log2 if is_fan else step_log2, chosen, choices
+        bound_px = float(patches.bound_px[at])
+        about = corner, 1 << side_log2, step_log2, chosen, choices
         seen = _seen(answer, surface.view.focal_px)
         return Explanation(*about, *seen, tolerance_px, metric, bound_px, hidden_by, joined)
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (*self._kernels.values(), self._answer):
+        for resource in (self._kernel, self._answer):
             resource.release()
 
-    def _ask_rings(self, surface: RingsSelector, low: tuple[int, int], side_log2: int) -> np.ndarray:
-        return self._ask(surface, "lod/rings/explain.comp", _RING_ANSWER, low=low, side_log2=side_log2)
-
-    def _ask(
-        self, surface: RingsSelector | QuadtreeSelector, path: str, answer: np.dtype[Any], **uniforms: Any
-    ) -> np.ndarray:
-        if path not in self._kernels:
-            self._kernels[path] = shaders.compute(self.ctx, path)
-        kernel = self._kernels[path]
+    def _ask(self, surface: RingsSelector, low: tuple[int, int], side_log2: int) -> np.ndarray:
         surface.bind()
         surface.tables.bind()
-        bind(path, Answer=self._answer)
-        gl.write_uniforms(kernel, **uniforms)
-        kernel.run(1)
+        bind(_EXPLAIN, Answer=self._answer)
+        gl.write_uniforms(self._kernel, low=low, side_log2=side_log2)
+        self._kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return np.frombuffer(self._answer.read(answer.itemsize), answer)[0]
+        return np.frombuffer(self._answer.read(), _ANSWER)[0]
 
 
 def _over(patches: layout.Patches, post: tuple[float, float]) -> int | None:
@@ -232,8 +213,8 @@ def _choice(segments: int, step: float, errors: np.ndarray, lookup: Lookup | Non
     return Choice(segments, step, max_m, rms_m, px, lookup)
 
 
-def _ring_choices(answer: np.ndarray, side_log2: int) -> tuple[Choice, ...]:
-    """The choices for a square of the clipmap, coarsest first."""
+def _choices(answer: np.ndarray, side_log2: int) -> tuple[Choice, ...]:
+    """The choices for a square, coarsest first."""
     return tuple(
         _choice(1 << k, 2.0 ** (side_log2 - k), each, _lookup(answer["lookup"][k]))
         for k, each in enumerate(answer["choice"])
@@ -249,18 +230,3 @@ def _lookup(found: np.void) -> Lookup | None:
     a, b, c, d = (int(v) for v in found["corners"])
     place = int(found["level"]), int(found["class"]), float(found["limit_m"])
     return Lookup(*place, (x0, y0, x1, y1), (a, b, c, d), int(found["above"]))
-
-
-def _choices(answer: np.ndarray, side_log2: int, fan: bool) -> tuple[Choice, ...]:
-    """The choices, coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4 quads, up to every post."""
-    found = []
-    for level in range(side_log2, -1, -1):
-        choice = answer["choice"][level]
-        size = side_log2 - level
-        ways = [(1 << size, 1 << level, choice["quads"])]
-        if size == 0 and level > 0:
-            ways.append((0, 1 << (level - 1), choice["fan"]))
-        elif size == 0 and fan:
-            ways.append((0, 1, choice["quads"]))
-        found += [_choice(segments, step, errors) for segments, step, errors in ways if errors[3]]
-    return tuple(found)

@@ -12,14 +12,11 @@ from .frame_stats import bound_words
 
 Stats = dict[str, Any]
 HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
-_FAN_OF_CELL = "A fan over one cell, around the mean of its posts"
 
 
 def title(patch: Explanation) -> str:
     """The kind of the patch, in a line."""
     t, step = patch.chosen.segments, patch.chosen.step
-    if t == 0:
-        return f"A fan over {patch.side} × {patch.side} posts" if patch.level else _FAN_OF_CELL
     quads = "one quad" if t == 1 else f"{t} × {t} quads"
     return f"A patch of {quads}, {step:g} post{'s' * (step > 1)} apart"
 
@@ -34,7 +31,7 @@ def plain(patch: Explanation) -> str:
 
 def bound_px(patch: Explanation) -> float:
     """The bound of the patch on the screen, its cut edges included."""
-    return patch.chosen.px if patch.bound_px is None else max(patch.bound_px, patch.chosen.px)
+    return max(patch.bound_px, patch.chosen.px)
 
 
 def rows(patch: Explanation, near: bool = False) -> list[tuple[str, str, str, str, str]]:
@@ -42,9 +39,10 @@ def rows(patch: Explanation, near: bool = False) -> list[tuple[str, str, str, st
     at = patch.choices.index(patch.chosen)
     told = []
     for choice in patch.choices[max(at - 1, 0) : at + 2] if near else patch.choices:
-        kind = "fan" if choice.segments == 0 else f"T = {choice.segments}"
         error = metres(_error_m(patch, choice))
-        told.append((kind, f"{choice.step:g}", error, f"{choice.px:.3g} px", _verdict(patch, choice)))
+        told.append(
+            (f"T = {choice.segments}", f"{choice.step:g}", error, f"{choice.px:.3g} px", _verdict(patch, choice))
+        )
     return told
 
 

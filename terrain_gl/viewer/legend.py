@@ -50,7 +50,7 @@ def legend(options: FrameOptions) -> Legend | None:
     most = f"{end_px:.3g} px"
     over = f"Cyan: over {most}." if options.error_scale_px else "Cyan: over the tolerance."
     between = f"{end_px / 4:.3g} px" if options.error_scale_px else ""
-    borders = "Borders of patches are dark." + " Fans are paler." * (options.method == "quadtree")
+    borders = "Borders of patches are dark."
     return {
         "lod": Legend(VIRIDIS, "every post, or closer", "1/16 of the map", borders),
         "segments": Legend(VIRIDIS, "one quad", "32 × 32", borders),

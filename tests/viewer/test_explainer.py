@@ -16,7 +16,6 @@ from terrain_gl.viewer.settings import SCALE_PX
 
 
 def test_a_click_explains_the_patch_and_a_drag_does_not(viewer):
-    viewer.settings.change(method="quadtree")
     settle(viewer)
     viewer.mouse.press("left", 160, 150)
     viewer.mouse.move(200, 150)
@@ -71,7 +70,7 @@ def test_a_split_picture_shows_two_settings(viewer):
     press(viewer, "t")
     viewer.settings.sides = [FrameOptions(), FrameOptions()]
     viewer.settings.active = 1
-    viewer.settings.change(style="normals", method="quadtree")
+    viewer.settings.change(style="normals")
     viewer.window.message = ""
     settle(viewer)
     split = seen(viewer)
@@ -169,16 +168,14 @@ def test_in_a_frozen_view_drawn_places_are_explained_and_no_others(viewer):
     assert min(sum(is_drawn), len(is_drawn) - sum(is_drawn)) > 5
 
 
-def test_only_methods_with_a_bound_explain_patches(viewer):
+def test_only_sat_explains_patches(viewer):
     for method in METHODS:
         viewer.settings.change(method=method)
         settle(viewer)
         viewer.explainer.explain(160, 150)
         explained = viewer.explainer.explanation is not None
-        assert explained or "explanation" in viewer.window.message
-        assert not explained or viewer.painter.frame.certified_px is not None
-        assert explained or method not in ("sat", "quadtree")
-        assert explained or "sat and quadtree" in viewer.window.message
+        assert explained == (method == "sat")
+        assert explained or "method sat explains its patches" in viewer.window.message
 
 
 def test_the_magnifying_glass_shows_pixels_as_squares(viewer):

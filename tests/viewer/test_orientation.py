@@ -69,7 +69,6 @@ def test_the_arrow_points_north(azimuth):
 
 
 def test_a_popup_begins_with_plain_words(app):
-    app.viewer.settings.change(method="quadtree")
     settle(app)
     app.mouse_down("left", 600, 500)
     app.mouse_up("left", 600, 500)

@@ -301,7 +301,6 @@ def overlaps(app):
 def test_nothing_overlaps(make_app, size):
     app = make_app(size)
     viewer, place = app.viewer, (0.7 * size[0], 0.75 * size[1])
-    viewer.settings.change(method="quadtree")  # it explains its patches
     app.panels.opened = dict.fromkeys(app.panels.opened, True)
     settle(app)
     assert overlaps(app) == []

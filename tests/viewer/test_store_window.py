@@ -173,7 +173,7 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     viewer.saver.line_of, viewer.saver.on_copy = command_line, copied.append
     assert "copied" in said(lambda: app.press("y"))
     assert copied[0].startswith(f"terrain-gl shot {stored.name} ") and "--style" not in copied[0]
-    viewer.settings.change(triangles=1000, style="error", method="quadtree")
+    viewer.settings.change(triangles=1000, style="error", method="clipmap")
     spec = viewer.scene.frame_spec().sides[0]
     assert (spec.method, spec.triangles, spec.style) == ("sat", 1000, "error")
     until_complete(app)
@@ -578,7 +578,7 @@ def test_a_large_raster_is_a_preview_until_its_store_is_made(large, session_cont
 
 def test_options_that_a_store_lacks_hold_the_raster_in_memory(large, run, monkeypatch):
     raster, _ = large
-    for words in (("--method", "quadtree"), ("--no-cache",)):
+    for words in (("--method", "full"), ("--no-cache",)):
         opened = opener_of(run, monkeypatch, raster, *words)(lambda share: None)
         assert not opened.heightmap.is_store and opened.rest is None and opened.heightmap.cols == 400
 

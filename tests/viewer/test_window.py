@@ -78,7 +78,7 @@ class Telling(window.Window):
         print(self.ctx.error)
         super().close()
 window.Window = Telling
-window.run(Heightmap(np.load("hills.npy"), 10.0, "hills"), size=(700, 420), fresh=True, panel=False, method="quadtree")
+window.run(Heightmap(np.load("hills.npy"), 10.0, "hills"), size=(700, 420), fresh=True, panel=False)
 """
 
 

@@ -66,5 +66,5 @@ void main() {
     if (a > 0.0 && !any(along)) h_m = mix(h_m, coarser_m(in_level, at), a);
     ivec2 low = place_of_sample(in_level, in_cells.xy & ~1) >> 6;
     ivec2 high = place_of_sample(in_level, in_cells.xy + in_cells.zw) + 63 >> 6;
-    put_vertex_between(post, between, h_m, Patch(low, high, float(in_level), false, 0u, -1.0));
+    put_vertex_between(post, between, h_m, Patch(low, high, float(in_level), -1.0));
 }

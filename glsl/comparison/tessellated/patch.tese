@@ -66,5 +66,5 @@ void main() {
     ivec2 place = place_in(c, gl_TessCoord.xy);
     vec2 segment = vec2(c.size) / vec2(inner_levels(c));
     put_vertex_between(place >> 6, vec2(place & 63) / 64.0, filtered_m(place),
-                       Patch(c.low, c.low + c.size, log2(max(segment.x, segment.y)), false, 0u, -1.0));
+                       Patch(c.low, c.low + c.size, log2(max(segment.x, segment.y)), -1.0));
 }

@@ -7,8 +7,6 @@
 #include "error/bound.glsl"
 #include "lod/project.glsl"
 
-layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
-
 #define NEVER 1e30
 #ifndef PATCH_COST
 #define PATCH_COST 14.0  // cost of a patch besides its triangles, counted in triangles
