@@ -82,7 +82,7 @@ def test_the_students_mesh_is_measured_as_the_projects_are(entry):
     heights = mine.read(grow.MAP)
     camera = enter.tg.Camera(eye=tuple(mine.EYE), target=tuple(mine.TARGET), fov_deg=mine.FOV_DEG)
     with enter.tg.Renderer(enter.tg.Heightmap(heights, mine.SPACING, "map"), size=mine.SIZE) as renderer:
-        options = {"method": "full", "cull": False, "near_m": enter.NEAR_M}
+        options = {"method": "sat", "cull": False, "near_m": enter.NEAR_M}
         renderer.choose(camera, max_error_px=8.0, **options)
         corners = renderer.triangles()
         posts, which = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)

@@ -67,7 +67,7 @@ def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):
 
 def test_a_removed_method_is_refused_in_one_line(capsys):
     with pytest.raises(UsageError, match="quadtree was removed before 1.0: use sat"):
-        RenderOptions(method="quadtree")
+        FrameOptions(method="quadtree")
     assert cli.main(["shot", "alpine", "-o", "picture.png", "--method", "quadtree"]) == 2
     told = capsys.readouterr().err
     assert told.count("\n") == 1 and "quadtree was removed before 1.0: use sat" in told

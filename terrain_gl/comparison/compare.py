@@ -30,7 +30,6 @@ from .own_surface import shaded_from_mesh
 LABELS = {
     "clipmap": "Geometry clipmaps",
     "tessellated": "Tessellated clipmap",
-    "quadtree": "Restricted quadtree",
     "sat": "Summed-area tables",
 }
 COMPARED = tuple(LABELS)

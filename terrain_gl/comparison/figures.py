@@ -16,8 +16,8 @@ from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": colours that people with any colour vision can tell apart
-COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "quadtree": "#009E73", "pruned": "#555555"}
-_MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o", "quadtree": "D"}
+COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "pruned": "#555555"}
+_MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o"}
 _WIDTH_IN = 16.0
 _DPI = 150
 _HEAT = "inferno"  # perceptually uniform; black means no error
