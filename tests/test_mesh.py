@@ -12,6 +12,7 @@ from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import EveryPost, Goal
 from terrain_gl.mesh import MeshDraw, captured_triangles, vertex_heights
 
 SIZES = [
@@ -143,9 +144,11 @@ def test_many_large_patches_are_not_garbled(ctx):
     """Mesa draws garbage beyond 65,535 vertices a draw: a map of patches of 32 × 32, every triangle checked."""
     heightmap = Heightmap(rough(513, 513, 9), 10.0)
     scene = Scene.of(ctx, heightmap)
-    selection = scene.select(cameras(heightmap)["far"], 0.0, cull=False)
+    every_post = EveryPost(scene.tables, scene.levels.view)
+    selection = every_post.select(cameras(heightmap)["far"], scene.size, scene.near_m, Goal(cull=False))
     assert selection.counts[5] > 65535 // 33**2
     check_watertight(scene.triangles(selection), heightmap)
+    every_post.release()
     scene.release()
 
 

@@ -23,8 +23,8 @@ import numpy as np
 from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..error import ErrorTables
-from ..gpu import gl, layout, shaders
-from ..gpu.bindings import bind
+from ..gpu import gl, layout
+from ..gpu.passes import ComputePass
 from .patches import BARRIER, OfPatches
 from .selection import INFINITE_PX, Goal, Selection
 
@@ -43,7 +43,7 @@ class EveryPost(OfPatches):
         self.view = view
         self.finer = finer
         self.defines = {"FINER": finer}  # glsl/mesh/patch.tesc: measured and captured, a cell is two triangles
-        self._kernel = shaders.compute(ctx, "lod/every_post.comp")
+        self._pass = ComputePass(ctx, "lod/every_post.comp")
         self._corners = ctx.buffer(reserve=8)
         self._found = ctx.buffer(reserve=8)
         self.patches = ctx.buffer(reserve=layout.PATCH.itemsize)
@@ -76,7 +76,7 @@ class EveryPost(OfPatches):
 
     def release(self) -> None:
         """Release GPU resources."""
-        self._kernel.release()
+        self._pass.release()
         for buffer in self._buffers:
             buffer.release()
 
@@ -112,11 +112,9 @@ class EveryPost(OfPatches):
         self._corners = gl.at_least(self.ctx, self._corners, corners.nbytes)
         self._found = gl.at_least(self.ctx, self._found, 8 * len(corners))
         self._corners.write(corners.tobytes())
-        self.bind()
-        self.tables.bind()
-        bind("lod/every_post.comp", Corners=self._corners, Found=self._found)
-        gl.write_uniforms(self._kernel, squares=len(corners), side_log2=side_log2)
-        self._kernel.run(-(-len(corners) // _GROUP))
+        own = {"Corners": self._corners, "Found": self._found}
+        asked = {"squares": len(corners), "side_log2": side_log2}
+        self._pass.run((-(-len(corners) // _GROUP),), {**self.resources, **self.tables.resources, **own}, asked)
         self.ctx.memory_barrier(BARRIER)
         cells, bound_px = np.frombuffer(self._found.read(8 * len(corners)), "f4").reshape(-1, 2).T
         return cells, bound_px

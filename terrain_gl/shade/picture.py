@@ -177,12 +177,9 @@ class Picture:
         target = self._detail_target() if of_mesh else self._seen
         culls = not self._may_show_underside(look, selection)
         state = State(target, self.view.viewport, depth=">=", least_depth=FARTHEST, clips=True, culls=culls)
-        read = NOTHING_MORE
-        if look.style == "promise":  # the shader declares `Split` and does not read it
-            read = {**self.tables.resources, "Split": self.tables.nodes}
         clear(target, depth=0.0, colour=(0.0, 0.0, 0.0, 0.0) if of_mesh else None)  # infinitely far away: the sky
         for first in range(0, selection.draws, commands):
-            mesh.draw(selection, state, read, part=slice(first, first + commands))
+            mesh.draw(selection, state, part=slice(first, first + commands))
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
