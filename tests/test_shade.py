@@ -61,7 +61,7 @@ class Scene:
         levels = RingsSelector(tables)
         self.parts = [terrain, tables, levels]
         self.levels, self.size = levels, size
-        self.picture = Picture(tables, levels.view, size, samples)
+        self.picture = Picture(terrain, levels.view, size, samples)
         self.near_m = 0.1 * min(heightmap.spacing_m)
 
     def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35), **look):

@@ -67,7 +67,7 @@ class GpuResources:
                 self.selectors = self.session.keep(Selectors(self.tables, self.view))
                 yield 0.85
             with self._memory_for_picture(size), self.timer.stage("sat"):
-                self.picture = self.session.keep(Picture(self.tables, self.view, size))
+                self.picture = self.session.keep(Picture(self.terrain, self.view, size))
             yield 1.0
         except BaseException:  # a step failed, or the generator was closed
             self.session.release()

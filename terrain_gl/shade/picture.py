@@ -17,10 +17,9 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
-from ..error import ErrorTables
 from ..gpu import gl
 from ..gpu.bindings import bind
-from ..gpu.passes import NOTHING_MORE, State, clear
+from ..gpu.passes import State, clear
 from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
@@ -31,6 +30,7 @@ from ..lod import Selection, ViewBlock
 from ..lod.hiding import ROUGH_PX, is_above_ground
 from ..mesh import MeshDraws
 from ..pages.light import light_of
+from ..terrain import Terrain
 from . import contours, surroundings
 from .programs import PixelPrograms, Wanted
 
@@ -108,10 +108,9 @@ PLAIN = Look()
 class Picture:
     """Draws the mesh of a selection into a picture of `size` pixels with some `samples` a pixel, and shades it."""
 
-    def __init__(self, tables: ErrorTables, view: ViewBlock, size: Size, samples: int = 4) -> None:
-        self.ctx = tables.ctx
-        self.tables = tables
-        self.terrain = tables.terrain
+    def __init__(self, terrain: Terrain, view: ViewBlock, size: Size, samples: int = 4) -> None:
+        self.ctx = terrain.ctx
+        self.terrain = terrain
         self.view = view
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums, self.lighting = light_of(self.terrain)
