@@ -19,10 +19,10 @@ from ..mesh import vertex_heights
 from ..readers.place import Place
 from .cutting import cut_voids
 from .mesh_formats import FORMATS as OF_FILES
-from .mesh_formats import Format, Mesh, material
+from .mesh_formats import Format, Mesh, material, with_whole_rim
 from .page import land_page
 
-__all__ = ["FORMATS", "Mesh", "files_beside", "land_mesh", "make_mesh", "mesh_format", "write_mesh"]
+__all__ = ["FORMATS", "Mesh", "files_beside", "land_mesh", "make_mesh", "mesh_format", "with_whole_rim", "write_mesh"]
 
 FORMATS = OF_FILES | {".html": Format(land_page, (), passes=0)}
 

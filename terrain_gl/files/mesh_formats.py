@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import TerrainError, UsageError
 from ..mesh import vertex_heights
 from ..readers.place import Place
 from ..terrain import quantisation_range
@@ -42,6 +42,7 @@ class Mesh:
     texture: bytes | None = None
     within_m: float | None = None  # certified largest error of height; None for the mesh of a view, which has no bound
     print_mm: float = PRINT_MM  # longer side of the map in a format for printing
+    bottom_m: float | None = None  # height of such a solid's base; None for `BASE` below its lowest place
     vertices_m: np.ndarray | None = None  # (n,) heights of the vertices; None if they are the map's at their places
 
     def tops_m(self, part: slice) -> np.ndarray:
@@ -306,11 +307,49 @@ def shared(mesh: Mesh) -> Mesh:
 
 
 def _millimetres(mesh: Mesh) -> np.ndarray:
-    """(n, 3) float32 places of a solid's top, its base at height 0."""
+    """(n, 3) float32 places of a solid's top, its base at height 0. `UsageError` if the land reaches below the base."""
     world = np.concatenate([mesh.world(part) for part in _parts(len(mesh.posts))])
-    world -= world.min(0)
-    scale = mesh.print_mm / world[:, :2].max()
-    return (world * scale + [0, 0, BASE * mesh.print_mm]).astype("f4")
+    lowest = world.min(0)
+    scale = mesh.print_mm / (world - lowest)[:, :2].max()
+    if mesh.bottom_m is None:
+        return ((world - lowest) * scale + [0, 0, BASE * mesh.print_mm]).astype("f4")
+    if mesh.bottom_m >= lowest[2]:
+        raise UsageError(f"--base-m must be below the lowest height, {lowest[2]:g} m, got {mesh.bottom_m:g}")
+    return ((world - [*lowest[:2], mesh.bottom_m]) * scale).astype("f4")
+
+
+def with_whole_rim(mesh: Mesh) -> Mesh:
+    """The mesh with every post of the map's rim as a vertex, so that the meshes of two neighbouring maps meet exactly.
+
+    An edge on the rim is divided at its posts, and its triangle becomes a fan. If heights of the mesh are off by at
+    most E, those of the result are off by at most 2 E: a place moves by no more than the rim beside it.
+    """
+    mesh = shared(mesh)
+    posts, faces = mesh.posts, mesh.faces.astype(np.int64)
+    last = np.array(mesh.heights.shape[::-1]) - 1
+    for axis, value in ((0, 0), (0, last[0]), (1, 0), (1, last[1])):
+        along = posts[:, 1 - axis]
+        is_on = (posts[:, axis] == value)[faces]
+        of_rim = is_on.sum(1) == 2
+        fans: list[tuple[int, int, int]] = []
+        more = [posts]
+        count = len(posts)
+        for face, on in zip(faces[of_rim], is_on[of_rim], strict=True):
+            a, b, apex = np.roll(face, -int(np.flatnonzero(~on)[0]) - 1)
+            low, high = sorted((along[a], along[b]))
+            between = np.arange(np.floor(low) + 1, np.ceil(high))
+            between = between if along[a] < along[b] else between[::-1]
+            added = np.full((len(between), 2), float(value))
+            added[:, 1 - axis] = between
+            chain = [a, *range(count, count + len(added)), b]
+            more.append(added)
+            count += len(added)
+            fans += [(one, two, apex) for one, two in zip(chain, chain[1:], strict=False)]
+        posts = np.concatenate(more)
+        faces = np.concatenate([faces[~of_rim], np.array(fans, np.int64).reshape(-1, 3)])
+    new_m = vertex_heights(mesh.heights, posts[len(mesh.posts) :])
+    vertices_m = None if mesh.vertices_m is None else np.concatenate([mesh.vertices_m, new_m])
+    return replace(mesh, posts=posts, faces=faces.astype("u4"), vertices_m=vertices_m)
 
 
 def rim_of(faces: np.ndarray) -> np.ndarray:
