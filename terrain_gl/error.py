@@ -41,7 +41,7 @@ class ErrorTables:
     nodes
         Records `layout.NODE` of all levels from 1 on.
     ranges
-        Records `layout.NODE_RANGE` of these nodes: lowest and highest height.
+        Records `layout.NODE_RANGE` of these nodes: lowest and highest height; exchanged if the node has voids.
     gains
         For each of these nodes, float32: the squared metres that splitting removes for each triangle it adds.
     counters, squares
@@ -142,7 +142,8 @@ class ErrorTables:
 
     def read_ranges(self, level: int) -> np.ndarray:
         """Records `layout.NODE_RANGE` of one level, (rows, cols): heights in 1/65535 of the quantisation range."""
-        return self._read(self.ranges, layout.NODE_RANGE, level)
+        ranges = self._read(self.ranges, layout.NODE_RANGE, level)
+        return np.sort(ranges["heights"]).view(layout.NODE_RANGE)[..., 0]  # they are exchanged where voids are
 
     def read_gains(self, level: int) -> np.ndarray:
         """Gains of one level, (rows, cols) float32."""

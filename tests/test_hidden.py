@@ -175,6 +175,62 @@ def test_holes_hide_nothing(ctx):
     assert hidden[0] > 0 and hidden[1] == 0
 
 
+def broken_ridge(hole=(slice(127, 257), slice(256, 320))):
+    """A high ridge across the view with a void in it, and land behind the ridge as high as the void is drawn."""
+    y = np.arange(513)[:, None] + np.zeros(513)
+    ridge = 2000 * np.cos(np.clip((y - 176) / 20 * np.pi / 2, -np.pi / 2, np.pi / 2))
+    heights = np.where(y < 90, 575 + np.minimum(90 - y, 10), ridge) + rough(513, 513, 1, 0.6)
+    heights[hole] = np.nan
+    return heights.astype("f4")
+
+
+BEFORE_THE_RIDGE = tg.Camera((2560.0, 1120.0, 560.0), (2880.0, 3360.0, 560.0), 15.0)
+
+
+@pytest.mark.parametrize("eye_m", [560.0, 570.0])
+def test_voids_hide_nothing(ctx, eye_m):
+    """They are drawn without a bound, here far below their filled heights. An edit fills and cuts them."""
+    hole = slice(127, 257), slice(256, 320)
+    heights = broken_ridge(hole)
+    camera = replace(BEFORE_THE_RIDGE, eye=(2560.0, 1120.0, eye_m))
+    with tg.Renderer(tg.Heightmap(heights, SPACING_M), (160, 90), ctx=ctx) as renderer:
+        on, off = both(renderer, camera)
+        np.testing.assert_array_equal(on.image, off.image)
+        renderer.edit(*hole, broken_ridge((0, 0))[hole])
+        whole, whole_off = both(renderer, camera)
+        np.testing.assert_array_equal(whole.image, whole_off.image)
+        renderer.edit(*hole, np.full(heights[hole].shape, np.nan, "f4"))
+        again = renderer.render(camera, style=UNLIT)
+    np.testing.assert_array_equal(again.image, on.image)
+    assert 0 < on.stats["patches_hidden"] == again.stats["patches_hidden"] < whole.stats["patches_hidden"]
+
+
+def test_voids_of_a_store_hide_nothing(tmp_path):
+    """With all pages, and with the coarsest alone: their nodes know of holes below them."""
+    pytest.importorskip("zarr", reason="zarr, of the extra [store], is not installed")
+    from terrain_gl.store import build
+    from terrain_gl.store.opened import StoredMap
+
+    build(broken_ridge(), tmp_path / "s", tile=64, shard=256, spacing_m=SPACING_M)
+    with tg.Renderer(StoredMap(tmp_path / "s"), (160, 90)) as renderer:
+        on, off = both(renderer, BEFORE_THE_RIDGE)
+        np.testing.assert_array_equal(on.image, off.image)
+        assert on.stats["complete"] and on.stats["patches_hidden"] > 0
+        terrain = renderer.terrain
+        assert terrain.has_voids_around(320, 200) and not terrain.has_voids_around(256, 100)
+        terrain.hide()  # then a node of the coarsest page may have its holes anywhere
+        assert terrain.top_level > 0 and terrain.has_voids_around(256, 100)
+
+
+def test_an_eye_over_voids_may_see_land_from_below(ctx):
+    """The surface there has no bound, so that it may be above an eye above the filled heights."""
+    heights = waves()
+    heights[60:70, 60:70] = np.nan
+    with tg.Renderer(tg.Heightmap(heights, SPACING_M), SIZE, ctx=ctx) as renderer:
+        for col, row, known in ((58, 64, True), (59, 64, False), (65, 65, False), (70, 70, False), (71, 71, True)):
+            assert hiding.is_above_ground(renderer.terrain, (col, row), 2000.0, 1.0) == known
+
+
 def test_an_edit_moves_the_horizon(ctx):
     """A wall comes and goes in front of the eye."""
     heightmap = tg.Heightmap(rough(97, 97, 4, 20.0), SPACING_M)

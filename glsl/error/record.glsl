@@ -42,7 +42,7 @@ Parts parts_of_node(Node n, ivec2 at) {
             int i = node_index(u_which_level - 1, ivec2(x, y));
             p.max_m = max(p.max_m, node[i].max_m);
             p.rms_m = nest_fan(p.rms_m, node[i].rms_m);
-            p.heights = nest_range(p.heights, range[i]);
+            p.heights = nest_range(p.heights, sorted_range(range[i]));
             p.squares_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
             p.gain = max(p.gain, gain[i]);
         }
@@ -64,7 +64,7 @@ void write_record(ivec2 at, Node n, Worst w) {
     own_node.split = pack_shares(w.split_m, unpack_pair(own_node.max_m).y);
     int i = node_index(u_which_level, at);
     node[i] = own_node;
-    range[i] = parts.heights;
+    range[i] = w.voids != 0u ? parts.heights << 16 | parts.heights >> 16 : parts.heights;
     // computed from the rounded record, so that a gain is always the same
     vec2 leaf_m2 = squares_m2(own_node, u_which_level, at);
     float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y);

@@ -76,7 +76,7 @@ def class_limits_m(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
 # glsl/error/nodes.glsl
 _ERRORS = [("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2")]
 NODE = np.dtype([*_ERRORS, ("whole", "4u1"), ("split", "4u1")])
-NODE_RANGE = np.dtype([("heights", "2u2")])  # lowest and highest
+NODE_RANGE = np.dtype([("heights", "2u2")])  # lowest and highest; exchanged if there are voids
 
 
 class NodeRecords(NamedTuple):

@@ -123,6 +123,8 @@ def tan_between(apart_px: float, focal_px: float) -> float | None:
 def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_m: float) -> bool:
     """Whether the eye is over the map, and every point within `reach_m` of it is above the ground.
 
+    False over voids: nothing bounds the surface that is drawn there.
+
     Parameters
     ----------
     post, up_m
@@ -133,7 +135,7 @@ def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_
     col, row = post
     heightmap = terrain.heightmap
     is_over_map = 0 < col < heightmap.cols - 1 and 0 < row < heightmap.rows - 1
-    if not is_over_map or 2 * reach_m > min(heightmap.spacing_m):
+    if not is_over_map or 2 * reach_m > min(heightmap.spacing_m) or terrain.has_voids_around(col, row):
         return False
     highest_m = terrain.filled[row - 1 : row + 2, col - 1 : col + 2].max() - terrain.base_m
     return bool(up_m - reach_m > highest_m)

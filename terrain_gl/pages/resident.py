@@ -9,6 +9,7 @@ from copy import copy
 
 import numpy as np
 
+from ..gpu.layout import HOLED
 from .map import PagedMap, PostsOnDemand
 from .marks import known
 
@@ -44,12 +45,24 @@ class ResidentHeights(PostsOnDemand):
         other.marks = np.zeros(self.copies.shape, np.uint8)
         return other
 
-    def _at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+    def may_be_holes(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        """Whether cells lie in nodes with holes, of the finest loaded pages. Only `known` can tell."""
+        assert self.marks is not None
+        cells = np.broadcast_arrays(rows, cols)
+        fine, level, slot = self._page_over(*cells)
+        y, x = (cell - ((f >> level) << self._log2 + level) >> level for cell, f in zip(cells, fine, strict=True))
+        return (self.marks[slot, y, x] & HOLED) > 0
+
+    def _page_over(self, rows: np.ndarray, cols: np.ndarray) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+        """Of the finest loaded pages over posts: rows and columns of pages of level 0; levels and slots."""
         posts = rows, cols
         fine = [np.minimum(p >> self._log2, n - 1) for p, n in zip(posts, self._finest.shape, strict=True)]
         word = self._finest[fine[0], fine[1]]
-        level = (word >> 24).astype(np.int64)
-        slot = (word & 0xFFFFFF).astype(np.int64)
+        return fine, (word >> 24).astype(np.int64), (word & 0xFFFFFF).astype(np.int64)
+
+    def _at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        posts = rows, cols
+        fine, level, slot = self._page_over(rows, cols)
         places = [
             _between(p, (f >> level) << self._log2 + level, level, n - 1)
             for p, f, n in zip(posts, fine, self.shape, strict=True)

@@ -59,7 +59,7 @@ def sums_of(heightmap: PagedMap, key: PageKey) -> Sums:
     heights = np.pad(page.heights, [(0, side + 1 - n) for n in page.heights.shape], mode="edge").astype(np.float32)
     steps = steps_of(heights - np.float32(base_m), low_m - base_m, span_m)
     height_sums = steps.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
-    ranges = _padded(pack_16(*page.ranges), side) if level else None
+    ranges = _padded(_ranges(page), side) if level else None
     sums = Sums(heights, height_sums, counters, squares, ranges)
     if page.marks is None:
         return sums
@@ -89,6 +89,14 @@ def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32)
         posts.append((high - low + (high == last)).astype(np.float32))
     share = rms / span
     return most, share * share * (posts[0][:, None] * posts[1])
+
+
+def _ranges(page: Page) -> np.ndarray:
+    """Records `layout.NODE_RANGE`: lowest and highest heights, exchanged in nodes with voids."""
+    low, high = page.ranges
+    if page.marks is None:
+        return pack_16(low, high)
+    return np.where(page.marks[:-1, :-1] & layout.HOLED, pack_16(high, low), pack_16(low, high))
 
 
 def _padded(values: np.ndarray, side: int) -> np.ndarray:

@@ -81,6 +81,11 @@ class PagedTerrain(PagePool):
             self._own.exaggerate(factor)
         self.block.write(self._describe().tobytes())
 
+    def has_voids_around(self, col: int, row: int) -> bool:
+        """Whether one of the four cells around a post has no data, or may have none, as its page is not loaded."""
+        rows, cols = np.array([[row - 1], [row]]), np.array([[col - 1, col]])
+        return self.heightmap.voids > 0 and bool(self.known.may_be_holes(rows, cols).any())
+
     def forget_hidden(self, key: PageKey) -> None:
         """Free the slot of a hidden page."""
         if key in self._hidden:

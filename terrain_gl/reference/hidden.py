@@ -48,7 +48,10 @@ def horizon_around(
     shells: int,
     bend_per_m: float = 0.0,
 ) -> np.ndarray:
-    """(SECTORS, shells): for each sector the largest slope of land up to each shell; -inf if there is none."""
+    """(SECTORS, shells): for each sector the largest slope of land up to each shell; -inf if there is none.
+
+    Voids (NaN) are no land: nothing bounds the surface that is drawn over them.
+    """
     towards = sector_directions(ahead, np.arange(SECTORS + 1))
     middle = np.linalg.norm(towards[1:] + towards[:-1], axis=1) / 2
     slopes = np.full((SECTORS, shells), -np.inf)
@@ -61,6 +64,8 @@ def horizon_around(
         first, last = np.floor(ends[:, 0]).astype(int), np.ceil(ends[:, 1]).astype(int)
         for i in np.flatnonzero((first >= 0).all(0) & (last[0] < cols) & (last[1] < rows)):
             low = heights[first[1, i] : last[1, i] + 1, first[0, i] : last[0, i] + 1].min()
+            if np.isnan(low):
+                continue
             up = low - eye[2] - bend_per_m * r**2 - bulge_m
             slopes[i, k] = up / (r if up > 0 else r * middle[i])
     return np.maximum.accumulate(slopes, 1)

@@ -122,6 +122,10 @@ class Terrain:
             return self._filled
         return self._filling.filled[0] if self._filling else self.heightmap.heights
 
+    def has_voids_around(self, col: int, row: int) -> bool:
+        """Whether one of the four cells around a post has no data. The post is not on the map's rim."""
+        return bool(np.isnan(self.heightmap.heights[row - 1 : row + 2, col - 1 : col + 2]).any())
+
     def upload(self) -> None:
         """Upload the whole heightmap."""
         self._filling = None

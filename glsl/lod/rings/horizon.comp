@@ -1,6 +1,7 @@
 // lod/rings/horizon.comp — the horizon around the eye. One thread handles one sector, and goes outward.
 //   A chord crosses the sector at each shell. All sight lines of the sector cross this chord. So the lowest height
 //   around the chord is a horizon for all of them. It is read from nodes that are about as large as the chord is long.
+//   Voids hide nothing: they are drawn at any height between their corners.
 // Python twin: reference.horizon_around
 
 #include "lod/rings/hidden.glsl"
@@ -17,7 +18,8 @@ float lowest_of_box_m(vec2 low, vec2 high) {
     float lowest_m = NEVER;
     for (int i = 0; i < 4; i++) {
         ivec2 at = ivec2((i & 1) == 0 ? first.x : end.x, (i & 2) == 0 ? first.y : end.y);
-        lowest_m = min(lowest_m, unpack_range(range[range_index(level, at)]).x);
+        uint word = range[range_index(level, at)];
+        lowest_m = min(lowest_m, range_has_voids(word) ? -NEVER : unpack_range(word).x);
     }
     return lowest_m;
 }
