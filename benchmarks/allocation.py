@@ -15,6 +15,8 @@ import time
 import numpy as np
 
 from terrain_gl.cli import options
+from terrain_gl.cli.records import DrawOptions, told
+from terrain_gl.cli.scene import make_renderer, open_scene
 from terrain_gl.comparison import pruned
 from terrain_gl.renderer.options import near_plane_m
 
@@ -23,11 +25,12 @@ options.add_map(parser)
 options.add_rendering(parser)
 parser.add_argument("--budgets", metavar="N,N,...", default="100000,300000,1000000", help="numbers of triangles")
 args = parser.parse_args()
+asked = told(DrawOptions, args)
 budgets = [int(n) for n in args.budgets.split(",")]
-scene = options.open_scene(args)
+scene = open_scene(asked)
 heightmap = scene.heightmap
 
-with options.make_renderer(args, scene) as renderer:
+with make_renderer(scene, asked) as renderer:
     drawn = []
     for budget in budgets:
         renderer.draw(scene.camera, triangles=budget, method="quadtree")
@@ -35,9 +38,9 @@ with options.make_renderer(args, scene) as renderer:
     filled = renderer.terrain.filled.astype(np.float64)
 
 started = time.perf_counter()
-near_m = near_plane_m(heightmap, args.near_m)
+near_m = near_plane_m(heightmap, asked.frame.near_m)
 void = np.isnan(heightmap.heights) if heightmap.voids else None
-best = pruned.pruned_quads(filled, heightmap.spacing_m, scene.camera, args.size, near_m, budgets, void)
+best = pruned.pruned_quads(filled, heightmap.spacing_m, scene.camera, asked.camera.size, near_m, budgets, void)
 print(f"{heightmap.name}: {time.perf_counter() - started:.0f} s for the best", file=sys.stderr)
 
 columns = ("budget", "drawn", "lambda", "rms px", "max px", "ms", "restricted", "factor", "plain", "factor")

@@ -16,6 +16,8 @@ from scipy.sparse.linalg import cg
 
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.cli import options
+from terrain_gl.cli.records import DrawOptions, told
+from terrain_gl.cli.scene import make_renderer, open_scene
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import near_plane_m
@@ -96,15 +98,16 @@ options.add_map(parser)
 options.add_rendering(parser)
 parser.add_argument("--budgets", metavar="N,N,...", default="20000,100000", help="numbers of triangles")
 args = parser.parse_args()
-scene = options.open_scene(args)
-near_m = near_plane_m(scene.heightmap, args.near_m)
+asked = told(DrawOptions, args)
+scene = open_scene(asked)
+near_m = near_plane_m(scene.heightmap, asked.frame.near_m)
 
 print(f"{'triangles':>10}{'rms px':>9}{'fitted':>9}{'ratio':>7}{'max px':>9}{'fitted':>9}")
-with options.make_renderer(args, scene) as renderer:
+with make_renderer(scene, asked) as renderer:
     for budget in map(int, args.budgets.split(",")):
         stats = renderer.draw(scene.camera, triangles=budget, method="quadtree")
         mesh = drawn_mesh(renderer, scene.camera, near_m)
-        both = [errors_px(mesh, z, scene.camera, args.size, near_m) for z in (mesh.vertices, fit(mesh))]
+        both = [errors_px(mesh, z, scene.camera, asked.camera.size, near_m) for z in (mesh.vertices, fit(mesh))]
         rms, most = ([float(of(e)) for e in both] for of in (lambda e: np.sqrt(np.square(e).mean()), np.max))
         line = f"{stats['triangles']:10,}{rms[0]:9.4f}{rms[1]:9.4f}{rms[0] / rms[1]:7.2f}{most[0]:9.3f}{most[1]:9.3f}"
         print(line, flush=True)

@@ -53,8 +53,9 @@ def steps(args: argparse.Namespace) -> None:
         import terrain_gl as tg
         from terrain_gl.files.maps import open_map
         from terrain_gl.files.views import standard_view
+        from terrain_gl.readers import Reading
     with line("read the map"):
-        heightmap, _ = open_map(args.map, spacing_m=args.spacing, z_scale=args.z_scale)
+        heightmap, _ = open_map(args.map, Reading(z_scale=args.z_scale), args.spacing)
     with line("context, shaders and tables of the error"):
         renderer = tg.Renderer(heightmap, (1280, 720))
         renderer.ctx.finish()

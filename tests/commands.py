@@ -7,6 +7,7 @@ import sys
 import numpy as np
 
 from terrain_gl import cli
+from terrain_gl.cli.records import told
 
 SIZE = ("--size", "96x64")
 
@@ -34,4 +35,6 @@ def refused(result, status, *texts):
 
 
 def parse(*words):
-    return cli.parser().parse_args(cli.join_negative(words))
+    """The record of a command line."""
+    given = cli.parser().parse_args(cli.join_negative(words))
+    return told(given.record, given)

@@ -14,7 +14,7 @@ from commands import SIZE, parse, refused, small_map, spawn
 
 import terrain_gl as tg
 from terrain_gl import cli
-from terrain_gl.cli import options
+from terrain_gl.cli.scene import open_scene
 from terrain_gl.files.export import FORMATS
 from terrain_gl.files.maps import bundled, find_bundled
 from terrain_gl.files.views import standard_view
@@ -47,8 +47,8 @@ def test_help_has_a_worked_example(run, command):
     status, out, err = run(command, "--help")
     example = re.search(r"^example: terrain-gl (.*)$", out, re.MULTILINE)
     assert (status, err) == (0, "") and example
-    args = parse(*shlex.split(example[1]))
-    assert args.run.__module__ == f"terrain_gl.cli.{command}"
+    given = cli.parser().parse_args(shlex.split(example[1]))
+    assert given.run.__module__ == f"terrain_gl.cli.{command}" and parse(*shlex.split(example[1]))
 
 
 def test_top_level(run):
@@ -84,21 +84,24 @@ def test_a_map_alone_is_viewed(folder, monkeypatch, word):
     (folder / "with space").touch()
     (folder / "shot").touch()
     seen = []
-    monkeypatch.setattr("terrain_gl.cli.view.run", lambda args: seen.append(args) or 0)
-    assert cli.main([word, "--eye", "-5,0,2"]) == 0 and (seen[0].map, seen[0].eye) == (word, (-5.0, 0.0, 2.0))
+    monkeypatch.setattr("terrain_gl.cli.view.run", lambda asked: seen.append(asked) or 0)
+    assert cli.main([word, "--eye", "-5,0,2"]) == 0
+    assert (seen[0].map.name, seen[0].camera.eye) == (word, (-5.0, 0.0, 2.0))
     assert cli.main(["shot", "--help"]) == 0 and len(seen) == 1
 
 
 @pytest.mark.parametrize("eye", ["-5,0,2", "-.5,-1e3,2", "5,-0,2"])
 def test_negative_numbers_need_no_equals_sign(eye):
     expected = tuple(map(float, eye.split(",")))
-    assert parse("measure", "m", "--eye", eye).eye == parse("measure", "m", f"--eye={eye}").eye == expected
+    for words in (("--eye", eye), (f"--eye={eye}",)):
+        assert parse("measure", "m", *words).camera.eye == expected
 
 
 def test_negative_numbers_elsewhere():
-    args = parse("measure", "--z-offset", "-1e2", "--nodata", "-32768", "--sun", "-90,-5", "m")
-    assert (args.z_offset, args.nodata, args.sun, args.map) == (-100, -32768, (-90, -5), "m")
-    assert parse("info", "--", "-5,0.tif").map == "-5,0.tif"
+    asked = parse("measure", "--z-offset", "-1e2", "--nodata", "-32768", "--sun", "-90,-5", "m")
+    read = asked.map.reading
+    assert (read.z_offset_m, read.nodata, asked.light.sun, asked.map.name) == (-100, -32768, (-90, -5), "m")
+    assert parse("info", "--", "-5,0.tif").map.name == "-5,0.tif"
 
 
 def test_module_is_the_command():
@@ -136,7 +139,7 @@ def test_a_window_without_the_extra_gui_gives_one_line(dem, without_gui, words):
 
 
 def scene(*words):
-    return options.open_scene(parse("measure", *words))
+    return open_scene(parse("measure", *words))
 
 
 @pytest.mark.parametrize("name", bundled())
@@ -144,7 +147,7 @@ def test_bundled_map_has_its_scales_and_view(name):
     known = bundled()[name]
     seen = scene(name)
     assert seen.heightmap.spacing_m == (known.spacing_m, known.spacing_m) and seen.heightmap.name == name
-    assert (seen.camera, seen.sun) == (known.camera, known.sun)
+    assert (seen.camera, seen.frame.sun) == (known.camera, known.sun)
     top = np.iinfo("u2").max * known.z_scale + known.z_offset_m
     assert known.z_offset_m <= seen.heightmap.range_m[0] < seen.heightmap.range_m[1] <= top
 
@@ -165,7 +168,7 @@ def test_options_come_before_what_is_bundled():
     seen = scene("canyon", "--fov", "30", "--target", "0,0,0", "--sun", "10,20")
     known = bundled()["canyon"].camera
     assert (seen.camera.eye, seen.camera.target, seen.camera.fov_deg) == (known.eye, (0, 0, 0), 30)
-    assert seen.sun == (10, 20)
+    assert seen.frame.sun == (10, 20)
 
 
 def test_a_file_comes_before_a_bundled_name(dem, folder):

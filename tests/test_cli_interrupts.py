@@ -9,8 +9,6 @@ from pathlib import Path
 import pytest
 from commands import refused, small_map
 
-from terrain_gl.cli import options
-
 
 @pytest.fixture(autouse=True)
 def dem(folder):
@@ -25,7 +23,7 @@ def test_interrupt_is_quiet(dem, run, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(options, "open_scene", interrupt)
+    monkeypatch.setattr("terrain_gl.cli.measure.open_scene", interrupt)
     assert run("measure", dem) == (130, "", "")
 
 
@@ -95,7 +93,7 @@ def test_memory_runs_out(dem, run, monkeypatch):
     def fail(*_):
         raise MemoryError
 
-    monkeypatch.setattr(options, "open_scene", fail)
+    monkeypatch.setattr("terrain_gl.cli.measure.open_scene", fail)
     refused(run("measure", dem), 1, "not enough memory")
 
 

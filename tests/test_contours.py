@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from asking import ask
+from commands import parse
 
 from terrain_gl import cli, reference
 from terrain_gl.basics.exceptions import UsageError
@@ -157,5 +158,5 @@ def test_what_is_no_interval_is_refused(contour_m):
 
 def test_the_command_line_takes_metres_or_auto(capsys):
     words = ["shot", "alpine", "-o", "p.png", "--contours"]
-    assert [cli.parser().parse_args([*words, text]).contour_m for text in ("auto", "25")] == [0.0, 25.0]
+    assert [parse(*words, text).frame.contour_m for text in ("auto", "25")] == [0.0, 25.0]
     assert cli.main([*words, "-5"]) == 2 and "auto" in capsys.readouterr().err

@@ -9,7 +9,7 @@ from commands import parse
 
 import terrain_gl as tg
 from terrain_gl.cli import effects
-from terrain_gl.cli.options import open_scene
+from terrain_gl.cli.scene import open_scene
 
 SHOT = ("shot", "dem.tif", "--size", "64x36", "--style", "lambert", "-o", "a.png")
 WEST, NORTH, STEP = 500_000.0, 5_000_000.0, 10.0
@@ -57,8 +57,8 @@ def test_an_option_without_effect_is_told(run, words, told):
 
 
 def test_water_below_the_land_and_night_are_told():
-    args = parse(*SHOT, "--style", "shaded", "--water", "5", "--sun", "90,-20")
-    found = list(effects._without_effect(args, open_scene(args)))
+    asked = parse(*SHOT, "--style", "shaded", "--water", "5", "--sun", "90,-20")
+    found = list(effects._without_effect(asked, open_scene(asked)))
     assert "--water 5: without effect" in found[0] and "20 degrees under the horizon" in found[1] and len(found) == 2
 
 

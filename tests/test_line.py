@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from commands import parse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,6 +14,7 @@ from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera
 from terrain_gl.cli import options
 from terrain_gl.cli.line import command_line
+from terrain_gl.cli.scene import open_scene
 from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.files.maps import bundled, open_map
@@ -39,7 +41,7 @@ def folder(tmp_path, monkeypatch):
 def parsed(line):
     program, *words = shlex.split(line)
     assert program == "terrain-gl"
-    return cli.parser().parse_args(cli.join_negative(words))
+    return parse(*words)
 
 
 def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
@@ -119,9 +121,8 @@ def test_a_file_with_everything(drawing):
     heightmap = Heightmap.open("a hill's map.npy", (2.5, 1 / 3), 1.7, -3, nodata=-9)
     camera = Camera((-20 / 3, 5, 90), (1e2 / 7, 11.1, 2), 33.3, (0.1, 0.2, 1))
     line = draws_the_same(heightmap, camera, drawing)
-    args = parsed(line)
-    scene = options.open_scene(args)
-    assert scene.camera == camera and FrameOptions(**options.render_options(args) | {"sun": scene.sun}) == drawing
+    scene = open_scene(parsed(line))
+    assert (scene.camera, scene.frame) == (camera, drawing)
     assert np.array_equal(scene.heightmap.heights, heightmap.heights, equal_nan=True)
 
 
@@ -130,7 +131,7 @@ def test_from_another_folder(folder, monkeypatch):
     line = command_line(heightmap, standard_view(heightmap), SIZE, FrameOptions())
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
-    assert np.array_equal(options.open_scene(parsed(line)).heightmap.heights, heightmap.heights)
+    assert np.array_equal(open_scene(parsed(line)).heightmap.heights, heightmap.heights)
 
 
 def test_a_view_from_a_path():
@@ -147,10 +148,11 @@ numbers = st.floats(-1e8, 1e8).filter(lambda v: v == 0 or abs(v) > 1e-100)
 def test_every_digit_counts(eye, fov, max_error, elevation):
     camera = Camera(eye, tuple(np.add(eye, (3e3, 1e3, -2e3))), fov)
     heightmap = open_map("canyon-15m")[0]
-    args = parsed(command_line(heightmap, camera, SIZE, FrameOptions(max_error, sun=(12.3, elevation))))
+    asked = parsed(command_line(heightmap, camera, SIZE, FrameOptions(max_error, sun=(12.3, elevation))))
     start = bundled()["canyon-15m"].camera
-    said = {"eye": args.eye or start.eye, "target": args.target, "fov_deg": args.fov or start.fov_deg}
-    assert Camera(**said) == camera and args.max_error_px == max_error and args.sun == (12.3, elevation)
+    said = {"eye": start.eye, "fov_deg": start.fov_deg} | asked.camera.given
+    assert Camera(**said) == camera and asked.frame.max_error_px == max_error
+    assert asked.light.sun == asked.frame.sun == (12.3, elevation)
 
 
 def test_what_no_option_says_is_not_passed_over(monkeypatch):

@@ -3,6 +3,7 @@
 import itertools
 
 import pytest
+from commands import parse
 from maps import rough
 
 import terrain_gl as tg
@@ -58,8 +59,9 @@ def test_what_is_no_number_is_refused(option):
 def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):
     """Each declared flag is there; a flag whose declaration was removed is refused."""
     words = ["shot", "alpine", "-o", "picture.png"]
-    told = cli.parser().parse_args([*words, "--water", "3", "--near", "2", "--edge", "4", "--metric", "rms"])
-    assert (told.water_m, told.near_m, told.parameters, told.metric) == (3.0, 2.0, Edges(4.0), "rms")
+    told = ["--water", "3", "--near", "2", "--method", "tessellated", "--edge", "4", "--metric", "rms"]
+    frame = parse(*words, *told).frame
+    assert (frame.water_m, frame.near_m, frame.parameters, frame.metric) == (3.0, 2.0, Edges(4.0), "rms")
     monkeypatch.setattr(cli_options, "OPTIONS", OPTIONS | {"water_m": Option("picture")})
     assert cli.main([*words, "--water", "3"]) == 2
     assert "--water" in capsys.readouterr().err

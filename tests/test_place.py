@@ -10,7 +10,7 @@ from commands import parse
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError, UsageError
-from terrain_gl.cli import options
+from terrain_gl.cli.scene import open_scene
 from terrain_gl.files.writers import write_heightmap
 from terrain_gl.light.sun import sun_position
 from terrain_gl.viewer.loading import preview, scaled
@@ -141,7 +141,7 @@ def test_info_tells_where_a_map_lies(folder, run):
 
 
 def camera(*words):
-    return options.open_scene(parse("measure", *words)).camera
+    return open_scene(parse("measure", *words)).camera
 
 
 def lonlat(col, row):
@@ -191,10 +191,10 @@ def test_the_sun_of_a_time_stands_over_the_map(folder):
     geotiff("a.tif")
     lon, lat = tg.Heightmap.open("a.tif").place.middle
     for time in ("2026-06-21T15:30", "2026-06-21T15:30+02:00"):
-        scene = options.open_scene(parse("measure", "a.tif", "--time", time))
-        assert scene.sun == pytest.approx(sun_position(datetime.fromisoformat(time), lat, lon))
-    given = options.open_scene(parse("measure", "a.tif", "--time", "2026-06-21T15:30", "--latitude", "-30"))
-    assert given.sun == pytest.approx(sun_position(datetime(2026, 6, 21, 15, 30), -30.0))
+        scene = open_scene(parse("measure", "a.tif", "--time", time))
+        assert scene.frame.sun == pytest.approx(sun_position(datetime.fromisoformat(time), lat, lon))
+    given = open_scene(parse("measure", "a.tif", "--time", "2026-06-21T15:30", "--latitude", "-30"))
+    assert given.frame.sun == pytest.approx(sun_position(datetime(2026, 6, 21, 15, 30), -30.0))
 
 
 def test_without_a_coordinate_system_there_are_no_degrees(folder):

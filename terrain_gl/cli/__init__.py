@@ -32,14 +32,15 @@ def main(argv: Sequence[str] | None = None) -> int:
                 stream.reconfigure(errors="backslashreplace")
         signals.listen()
     try:
-        # this imports numpy, which takes a while; signals are handled already
+        # these import numpy, which takes a while; signals are handled already
+        told = import_module(".records", __name__).told
         names = tuple(import_module("..files.maps", __package__).bundled())
         words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, names)
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):
             raise UsageError(unknown(words[0], COMMANDS, names))
-        args = parser().parse_args(words)
-        args.command_line = shlex.join(["terrain-gl", *words])
-        status = args.run(args)
+        given = parser().parse_args(words)
+        given.command_line = shlex.join(["terrain-gl", *words])
+        status = given.run(told(given.record, given))
         sys.stdout.flush()
         return status
     except SystemExit as done:  # argparse, after --help and on wrong use

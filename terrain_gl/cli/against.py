@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,13 +11,24 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..camera.pieces import LARGEST
-from ..comparison.difference import Difference, check_alike, differ, difference_name
+from ..comparison.difference import Difference, Tolerance, check_alike, differ, difference_name
 from ..image import Rows, difference, read_image, write_png
 from ..renderer import Renderer
 from ..shade.picture import UNLIT
 from ..verify.explain import Explanation
 from ..viewer.explain_text import bound_px, plain, title
-from . import diff, options, report
+from . import diff, report
+from .outputs import check_writable
+from .records import OutputOptions
+from .scene import CommandScene
+
+
+@dataclass(frozen=True)
+class GoldenOptions:
+    """The picture to compare with, and how much may differ."""
+
+    allowed: Tolerance
+    against: str | None = None
 
 
 def add(command: Any) -> None:
@@ -27,21 +37,22 @@ def add(command: Any) -> None:
     diff.add_tolerance(command)
 
 
-def golden_of(args: argparse.Namespace) -> Golden | None:
-    """The picture to compare with; None without --against."""
-    if args.against is None:
+def golden_of(asked: GoldenOptions, output: OutputOptions, size: tuple[int, int]) -> Golden | None:
+    """The picture to compare with a picture of some size; None without --against."""
+    golden = asked.against
+    if golden is None:
         return None
-    outputs = args.output, args.json, difference_name(args.output)
-    if os.path.realpath(args.against) in {os.path.realpath(path) for path in outputs if path}:
-        raise UsageError(f"{report.shown(args.against)}: is compared with: name another file for the output")
-    options.check_writable(*outputs)
-    pixels = read_image(args.against)
+    outputs = output.path, output.json, difference_name(output.path)
+    if os.path.realpath(golden) in {os.path.realpath(path) for path in outputs if path}:
+        raise UsageError(f"{report.shown(golden)}: is compared with: name another file for the output")
+    check_writable(*outputs)
+    pixels = read_image(golden)
     if pixels.dtype != np.uint8 or pixels.shape[2] < 3:
-        raise TerrainError(f"{report.shown(args.against)}: is not an 8-bit picture in colour, as shot draws them")
-    if pixels.shape[:2] != args.size[::-1]:
+        raise TerrainError(f"{report.shown(golden)}: is not an 8-bit picture in colour, as shot draws them")
+    if pixels.shape[:2] != size[::-1]:
         found = f"{pixels.shape[1]}x{pixels.shape[0]}"
-        raise TerrainError(f"{report.shown(args.against)}: has {found} pixels: draw with --size {found}")
-    return Golden(args.against, pixels[..., :3])
+        raise TerrainError(f"{report.shown(golden)}: has {found} pixels: draw with --size {found}")
+    return Golden(golden, pixels[..., :3], asked.allowed)
 
 
 @dataclass
@@ -83,8 +94,9 @@ class Verdict:
 class Golden:
     """An earlier picture, and the rows of the new picture as they are drawn."""
 
-    def __init__(self, name: str, pixels: np.ndarray) -> None:
+    def __init__(self, name: str, pixels: np.ndarray, allowed: Tolerance) -> None:
         self.name = name
+        self._allowed = allowed
         self._pixels = pixels
         self._rows: list[np.ndarray] = []
 
@@ -97,25 +109,25 @@ class Golden:
 
         return keep
 
-    def compare(self, renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene) -> Verdict:
+    def compare(self, renderer: Renderer, scene: CommandScene, path: str, size: tuple[int, int]) -> Verdict:
         """Compare the whole picture; beyond the tolerance, write the difference and find the patch."""
         pictures = self._pixels, np.concatenate(self._rows)
-        check_alike(pictures, (self.name, args.output))
-        verdict = Verdict(self.name, differ(*pictures, diff.tolerance_of(args)))
+        check_alike(pictures, (self.name, path))
+        verdict = Verdict(self.name, differ(*pictures, self._allowed))
         if not verdict.is_within:
-            verdict.picture = difference_name(args.output)
+            verdict.picture = difference_name(path)
             write_png(verdict.picture, difference(*pictures))
-            verdict.patch = _patch_at(renderer, args, scene, verdict.found.worst)
+            verdict.patch = _patch_at(renderer, scene, size, verdict.found.worst)
         return verdict
 
 
 def _patch_at(
-    renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene, pixel: tuple[int, int]
+    renderer: Renderer, scene: CommandScene, size: tuple[int, int], pixel: tuple[int, int]
 ) -> Explanation | None:
     """The patch under a pixel; None for the sky, for baselines, and in a picture that is drawn in pieces."""
-    if max(args.size) > LARGEST:
+    if max(size) > LARGEST:
         return None
-    renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
+    renderer.draw(**scene.view(style=UNLIT))
     of_samples = renderer.picture.places()[:, pixel[1], pixel[0]]
     on_land = of_samples[(of_samples >= 0).all(-1)]
     if not len(on_land):

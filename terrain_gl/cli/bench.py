@@ -1,15 +1,27 @@
 """`terrain-gl bench`: times, triangles and memory, stage by stage."""
 
-import argparse
 import time
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..comparison.bench import bench, flight, strokes
 from ..files.maps import bundled
 from . import options, report, values
+from .records import DrawOptions
+from .scene import make_renderer, open_scene
 
 _ONCE = ("open", "first_picture", "upload", "sat", "numpy", "error")
 _STAGES = (*_ONCE, "lod", "draw", "shade", "lambert", "frame", "python")
+
+
+@dataclass(frozen=True)
+class BenchOptions(DrawOptions):
+    """What `bench` was told."""
+
+    maps: tuple[str, ...] = ()
+    frames: int = 7
+    strokes: bool = False
+    flight: int | None = None
 
 
 def add(commands: Any) -> None:
@@ -17,6 +29,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "bench",
+        BenchOptions,
         run,
         help="times, triangles and memory, per stage",
         description="Time every stage on the given or the bundled maps: medians in milliseconds. For comparison: two\n"
@@ -32,34 +45,34 @@ def add(commands: Any) -> None:
     options.add_rendering(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: BenchOptions) -> int:
     """Run the command."""
     results = []
-    names = args.maps or list(bundled())
+    names = asked.maps or tuple(bundled())
     with report.progress_bar("timing") as progress:
         for i, name in enumerate(names):
             if progress:
                 progress(i / len(names))
-            results.append(bench_map(args, name))
-    report.write_json(args.json, results)
-    report.say(args.json, text(results))
+            results.append(bench_map(replace(asked, map=replace(asked.map, name=name))))
+    report.write_json(asked.output.json, results)
+    report.say(asked.output.json, text(results))
     return 0
 
 
-def bench_map(args: argparse.Namespace, name: str) -> dict[str, Any]:
+def bench_map(asked: BenchOptions) -> dict[str, Any]:
     """All numbers of one map."""
     started = time.perf_counter()
-    scene = options.open_scene(args, name)
+    scene = open_scene(asked)
     opened = time.perf_counter()
-    with options.make_renderer(args, scene) as renderer:
-        view = options.view_of(args, scene)
+    with make_renderer(scene, asked) as renderer:
+        view = scene.view()
         renderer.render(**view)
         pictured = time.perf_counter()
-        result = bench(renderer, args.frames, **view)
-        if args.strokes:
+        result = bench(renderer, asked.frames, **view)
+        if asked.strokes:
             result["strokes"] = strokes(renderer)
-        if args.flight:
-            result["flight"] = flight(renderer, args.flight, **view)
+        if asked.flight:
+            result["flight"] = flight(renderer, asked.flight, **view)
     result["ms"] |= {"open": 1e3 * (opened - started), "first_picture": 1e3 * (pictured - started)}
     about = {"map": scene.heightmap.name, "posts": scene.heightmap.heights.size}
     return about | result

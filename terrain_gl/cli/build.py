@@ -1,14 +1,31 @@
 """`terrain-gl build`: a store of a map, for maps larger than memory."""
 
-import argparse
 import os
+from dataclasses import dataclass
 from typing import Any
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..files import maps
 from ..store import build, check
 from ..store.format import mending
-from . import options, report, stores, values
+from . import options, report, values
+from .outputs import check_writable, refuse_inputs
+from .records import MapOptions
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """What `build` was told."""
+
+    map: MapOptions = MapOptions()
+    maps: tuple[str, ...] = ()
+    path: str | None = None
+    check: str | None = None
+    mend: bool = False
+    fill: float | None = None
+    workers: int = 1
+    scheduler: str | None = None
+    json: str | None = None
 
 
 def add(commands: Any) -> None:
@@ -16,6 +33,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "build",
+        BuildOptions,
         run,
         help="a store of a map, for maps larger than memory",
         description="Read a map once, window by window, and write heights and error records of all levels into\n"
@@ -23,8 +41,8 @@ def add(commands: Any) -> None:
         "a finished store. Extra [store].",
         example="build tiles/*.tif -o land.zarr --workers 2",
     )
-    command.add_argument("map", metavar="MAP", nargs="*", help="heightmap file, or several files on one grid")
-    command.add_argument("-o", "--output", metavar="STORE", help="the folder to write")
+    command.add_argument("maps", metavar="MAP", nargs="*", help="heightmap file, or several files on one grid")
+    command.add_argument("-o", "--output", metavar="STORE", dest="path", help="the folder to write")
     options.add_map_options(command)
     group = command.add_argument_group("build")
     what = "compare all files of a store with their hashes; exit status 1 if any is damaged"
@@ -35,26 +53,27 @@ def add(commands: Any) -> None:
     group.add_argument("--fill", type=values.number, metavar="M", help=what)
     options.add_workers(group)
     options.add_json(command)
-    command.set_defaults(unset=vars(command.parse_args([])))
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: BuildOptions) -> int:
     """Run the command."""
-    options.check_writable(args.json)
-    if args.check is not None:
-        return _check(args)
-    if not args.map or args.output is None:
+    check_writable(asked.json)
+    if asked.check is not None:
+        return _check(asked, asked.check)
+    if not asked.maps or asked.path is None:
         raise UsageError("expected MAP… -o STORE, or --check STORE")
-    known = [None if os.path.exists(name) else maps.find_bundled(name) for name in args.map]
-    paths = [_path(args, name, one) for name, one in zip(args.map, known, strict=True)]
-    look = known[0].look if len(known) == 1 and known[0] else "auto"
-    options.refuse_inputs((args.output,), paths)
-    reading = stores.reading_of(args)
-    with report.progress_bar("building") as progress:
-        how_built = args.fill, args.workers, args.scheduler, progress
-        about = build(paths, args.output, args.spacing, reading, *how_built, tell=_tell, look=look, mends=args.mend)
-    report.write_json(args.json, {"store": args.output} | about)
-    report.say(args.json, f"{report.shown(args.output)}: {summary(about)}")
+    known = [None if os.path.exists(name) else maps.find_bundled(name) for name in asked.maps]
+    paths = [each.path if each else name for name, each in zip(asked.maps, known, strict=True)]
+    first = next(filter(None, known), None)
+    refuse_inputs((asked.path,), paths)
+    spacing_m = asked.map.spacing_m or (first.spacing_m if first else None)
+    reading = first.read_as(asked.map.reading) if first else asked.map.reading
+    how_built = asked.fill, asked.workers, asked.scheduler
+    look = first.look if first and len(known) == 1 else "auto"
+    with report.progress_bar("building") as bar:
+        about = build(paths, asked.path, spacing_m, reading, *how_built, bar, tell=_tell, look=look, mends=asked.mend)
+    report.write_json(asked.json, {"store": asked.path} | about)
+    report.say(asked.json, f"{report.shown(asked.path)}: {summary(about)}")
     return 0
 
 
@@ -63,28 +82,18 @@ def _tell(line: str) -> None:
     report.note(report.shown(line))
 
 
-def _check(args: argparse.Namespace) -> int:
+def _check(asked: BuildOptions, name: str) -> int:
     """Check a store; print each damaged file."""
-    name = args.check
-    if any(getattr(args, key) != value for key, value in args.unset.items() if key not in ("check", "json")):
+    if asked != BuildOptions(check=name, json=asked.json):
         raise UsageError("--check: takes a store, and no other option but --json")
     with report.progress_bar("checking") as progress:
         damage = check(name, progress).damage
-    report.write_json(args.json, {"store": name, "damage": [each._asdict() for each in damage]})
-    report.say(args.json, "\n".join(f"{each.file}: {each.reason}" for each in damage) or f"{report.shown(name)}: whole")
+    report.write_json(asked.json, {"store": name, "damage": [each._asdict() for each in damage]})
+    told = "\n".join(f"{each.file}: {each.reason}" for each in damage)
+    report.say(asked.json, told or f"{report.shown(name)}: whole")
     if damage:
         raise TerrainError(f"{report.shown(name)}: {len(damage)} damaged files: {mending(name)}")
     return 0
-
-
-def _path(args: argparse.Namespace, name: str, known: maps.BundledMap | None) -> str:
-    """The file of a map. For a bundled map, `args` also get its scales."""
-    if known is None:
-        return name
-    for option, own in (("spacing", known.spacing_m), ("z_scale", known.z_scale), ("z_offset", known.z_offset_m)):
-        if getattr(args, option) is None:
-            setattr(args, option, own)
-    return known.path
 
 
 def summary(about: dict[str, Any]) -> str:

@@ -1,12 +1,22 @@
 """`terrain-gl cache`: the stores that were made of large rasters."""
 
-import argparse
 import os
 import time
+from dataclasses import dataclass
 from typing import Any
 
 from ..store import cache
 from . import options, report, values
+from .outputs import check_writable
+
+
+@dataclass(frozen=True)
+class CacheOptions:
+    """What `cache` was told."""
+
+    clear: bool
+    limit: float | None = None
+    json: str | None = None
 
 
 def add(commands: Any) -> None:
@@ -14,6 +24,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "cache",
+        CacheOptions,
         run,
         help="the stores that were made of large rasters: list, clear, limit",
         description="Large rasters are drawn from stores, which are made at first use, in the user's cache folder.\n"
@@ -26,18 +37,18 @@ def add(commands: Any) -> None:
     options.add_json(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: CacheOptions) -> int:
     """Run the command."""
-    options.check_writable(args.json)
-    if args.limit is not None:
-        cache.set_limit(int(args.limit * 2**30))
-    if args.clear:
+    check_writable(asked.json)
+    if asked.limit is not None:
+        cache.set_limit(int(asked.limit * 2**30))
+    if asked.clear:
         for entry in cache.entries():
             cache.remove(entry)
     found = cache.entries()
     about = {"folder": str(cache.folder()), "limit_bytes": cache.limit(), "stores": [each._asdict() for each in found]}
-    report.write_json(args.json, about)
-    report.say(args.json, text(found))
+    report.write_json(asked.json, about)
+    report.say(asked.json, text(found))
     return 0
 
 

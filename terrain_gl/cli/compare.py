@@ -1,9 +1,9 @@
 """`terrain-gl compare`: every method side by side, as in Fig. D.1 of the supplement of Li et al. 2021."""
 
-import argparse
 import os
 import re
 import textwrap
+from dataclasses import dataclass
 from typing import Any
 
 from ..basics.exceptions import UsageError
@@ -11,10 +11,33 @@ from ..comparison import figures
 from ..comparison.compare import FINE, LABELS
 from ..comparison.study import SHADING, VERTICES, Study, study
 from . import options, report, values
+from .records import DrawOptions
+from .scene import CommandScene, make_renderer, open_scene
 
 TRIANGLES = 100_000
 NARROWEST = 8
 _CAPTION = 46  # characters in a line
+_OWN = (
+    "method",
+    "triangles",
+    "max_error_px",
+    "metric",
+    "parameters",
+)  # what differs between methods
+
+
+@dataclass(frozen=True)
+class CompareOptions(DrawOptions):
+    """What `compare` was told."""
+
+    baseline_vertices: str
+    baseline_shading: str
+    curve: bool
+    supersample: int
+    metric: str
+    command_line: str = ""
+    triangles: int | None = None
+    max_error: float | None = None
 
 
 def add(commands: Any) -> None:
@@ -22,6 +45,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "compare",
+        CompareOptions,
         run,
         help="all methods side by side with equal triangle counts, next to the truth",
         description="Draw one view with every method and the same number of triangles, next to the truth: every post,\n"
@@ -62,52 +86,50 @@ def add(commands: Any) -> None:
     options.add_technical(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: CompareOptions) -> int:
     """Run the command."""
     figures.available()
-    if os.path.splitext(args.output)[1].lower() not in figures.FORMATS:
-        raise UsageError(f"{report.shown(args.output)}: must end in one of {', '.join(figures.FORMATS)}")
-    if args.size[1] > NARROWEST * args.size[0]:
+    path, size = asked.output.path, asked.camera.size
+    if os.path.splitext(path)[1].lower() not in figures.FORMATS:
+        raise UsageError(f"{report.shown(path)}: must end in one of {', '.join(figures.FORMATS)}")
+    if size[1] > NARROWEST * size[0]:
         raise UsageError(f"--size: expected pictures at most {NARROWEST} times as high as wide: a figure holds several")
-    scene = options.open_scene(args)
-    with options.make_renderer(args, scene) as renderer, report.progress_bar("comparing") as progress:
-        asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
-        own = args.baseline_vertices == "between", args.baseline_shading == "mesh"
-        found = study(renderer, scene.camera, *asked, progress, *own, **look(args, scene))
-    with report.json_output(args.json, about(args, scene) | found.record()):
-        figures.figure(args.output, found, caption(args, scene))
-    report.say(args.json, f"{report.shown(args.output)}\n{text(found)}")
+    scene = open_scene(asked)
+    with make_renderer(scene, asked) as renderer, report.progress_bar("comparing") as progress:
+        wanted = asked.triangles or TRIANGLES, asked.max_error, asked.curve, asked.supersample
+        own = asked.baseline_vertices == "between", asked.baseline_shading == "mesh"
+        look = {name: value for name, value in vars(scene.frame).items() if name not in _OWN} | {"metric": asked.metric}
+        found = study(renderer, scene.camera, *wanted, progress, *own, **look)
+    with report.json_output(asked.output.json, about(asked, scene) | found.record()):
+        figures.figure(path, found, caption(asked, scene))
+    report.say(asked.output.json, f"{report.shown(path)}\n{text(found)}")
     return 0
 
 
-def look(args: argparse.Namespace, scene: options.CommandScene) -> dict[str, Any]:
-    """The options that all methods share, by the names of `FrameOptions`."""
-    own = ("method", "triangles", "max_error_px")
-    return {key: value for key, value in options.view_of(args, scene).items() if key not in (*own, "camera")}
-
-
-def about(args: argparse.Namespace, scene: options.CommandScene) -> dict[str, Any]:
+def about(asked: CompareOptions, scene: CommandScene) -> dict[str, Any]:
     """Map, view and command, for JSON."""
     camera = scene.camera
     view = {"eye": list(camera.eye), "target": list(camera.target), "fov_deg": camera.fov_deg}
-    return {"map": scene.heightmap.name, "command": args.command_line, "supersample": args.supersample, "view": view}
+    told = {"command": asked.command_line, "supersample": asked.supersample}
+    return {"map": scene.heightmap.name} | told | {"view": view}
 
 
-def caption(args: argparse.Namespace, scene: options.CommandScene) -> list[str]:
+def caption(asked: CompareOptions, scene: CommandScene) -> list[str]:
     """The figure's caption: map, view, the meaning of the numbers, the command."""
     heightmap = scene.heightmap
     camera = scene.camera
+    width, height = asked.camera.size
     place = [",".join(f"{metres:.0f}" for metres in point) for point in (camera.eye, camera.target)]
     lines = [
         f"{os.path.basename(report.shown(heightmap.name))}: {heightmap.cols} × {heightmap.rows} posts",
         f"eye {place[0]} m, target {place[1]} m",
-        f"{camera.fov_deg:g}°, {args.size[0]} × {args.size[1]} pixels",
+        f"{camera.fov_deg:g}°, {width} × {height} pixels",
         "in brackets: RMSE of the picture,",
         "black 0 to white 1",
         "",
     ]
     lines = [part for line in lines for part in textwrap.wrap(line, _CAPTION) or [""]]
-    return lines + in_lines(report.shown(args.command_line))
+    return lines + in_lines(report.shown(asked.command_line))
 
 
 def in_lines(command: str) -> list[str]:

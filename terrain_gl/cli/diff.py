@@ -1,11 +1,23 @@
 """`terrain-gl diff`: how much two pictures differ."""
 
-import argparse
+from dataclasses import dataclass
 from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..comparison.difference import EXACT, Difference, Tolerance, differ_files
 from . import options, report, values
+from .outputs import check_outputs
+
+
+@dataclass(frozen=True)
+class DiffOptions:
+    """What `diff` was told."""
+
+    allowed: Tolerance
+    expected: str
+    seen: str
+    path: str | None = None
+    json: str | None = None
 
 
 def add(commands: Any) -> None:
@@ -13,6 +25,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "diff",
+        DiffOptions,
         run,
         help="how much two pictures differ; exit status 1 if beyond a tolerance",
         description="Compare two pictures of one size. A pixel differs by the largest difference of its channels.\n"
@@ -21,7 +34,8 @@ def add(commands: Any) -> None:
     )
     command.add_argument("expected", metavar="A", help="picture that is expected")
     command.add_argument("seen", metavar="B", help="picture to compare")
-    command.add_argument("-o", "--output", metavar="OUT", help="picture of the difference, 8 times as strong, .png")
+    what = "picture of the difference, 8 times as strong, .png"
+    command.add_argument("-o", "--output", metavar="OUT", dest="path", help=what)
     add_tolerance(command)
     options.add_json(command)
 
@@ -29,24 +43,20 @@ def add(commands: Any) -> None:
 def add_tolerance(command: Any) -> None:
     """Add the options for how much two pictures may differ."""
     what = f"steps of 255 that a pixel may differ (default: {EXACT.steps:g})"
-    command.add_argument("--tolerance", type=values.not_negative, metavar="N", default=EXACT.steps, help=what)
+    command.add_argument(
+        "--tolerance", type=values.not_negative, metavar="N", dest="steps", default=EXACT.steps, help=what
+    )
     what = f"share of the pixels that may differ more (default: {EXACT.share:g})"
     command.add_argument("--share", type=values.share, metavar="P", default=EXACT.share, help=what)
 
 
-def tolerance_of(args: argparse.Namespace) -> Tolerance:
-    """The tolerance that the options give."""
-    return Tolerance(args.tolerance, args.share)
-
-
-def run(args: argparse.Namespace) -> int:
+def run(asked: DiffOptions) -> int:
     """Run the command."""
-    check_name(args.output)
-    options.check_writable(args.output, args.json)
-    options.refuse_inputs((args.output, args.json), (args.expected, args.seen))
-    found = differ_files(args.expected, args.seen, tolerance_of(args), args.output)
-    report.write_json(args.json, {"expected": args.expected, "seen": args.seen} | found.record())
-    report.say(args.json, text(found))
+    check_name(asked.path)
+    check_outputs((asked.path, asked.json), (asked.expected, asked.seen))
+    found = differ_files(asked.expected, asked.seen, asked.allowed, asked.path)
+    report.write_json(asked.json, {"expected": asked.expected, "seen": asked.seen} | found.record())
+    report.say(asked.json, text(found))
     return 0 if found.is_within else 1
 
 

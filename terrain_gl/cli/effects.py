@@ -1,6 +1,5 @@
 """Notes on requests that a picture cannot show: options without effect, and pictures without land."""
 
-import argparse
 import math
 from collections.abc import Iterator
 
@@ -12,11 +11,10 @@ from ..heightmap import Heightmap
 from ..light.climate import AUTO
 from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
-from ..renderer.options import FrameOptions
 from ..shade.contours import interval_m
-from ..shade.picture import Look
 from . import furniture, report
-from .options import CommandScene, render_options
+from .records import CameraOptions, DrawOptions
+from .scene import CommandScene
 
 # options of lit styles, and their defaults
 _OF_LIGHT = {"sky": None, "material": None, "drape": None, "look": AUTO, "water_m": None}
@@ -24,51 +22,53 @@ _TURNED_DEG = 1.0  # a grid that is turned by more gets a note
 _NEAR = 5.0  # an eye is near the map if its distance is at most this many longer sides of the map
 
 
-def tell(args: argparse.Namespace, scene: CommandScene) -> None:
-    """Print a note for each option that does not change the picture; a wrong value is refused first."""
-    FrameOptions(**{name: value for name, value in render_options(args).items() if value is not None})
-    for text in _without_effect(args, scene):
+def tell(asked: DrawOptions, scene: CommandScene) -> None:
+    """Print a note for each option that does not change the picture."""
+    for text in _without_effect(asked, scene):
         report.note(text)
-    ramp, unit = furniture.ramp_of(args, scene.heightmap)
-    if ramp and args.drape:
-        report.note(f"{report.shown(args.drape)}: ramp {ramp.name} from {ramp.low:.6g} to {ramp.high:.6g}")
-    elif ramp and not args.ramp_range:
+    frame = scene.frame
+    ramp, unit = furniture.ramp_of(frame, scene.heightmap)
+    if ramp and frame.drape:
+        report.note(f"{report.shown(frame.drape)}: ramp {ramp.name} from {ramp.low:.6g} to {ramp.high:.6g}")
+    elif ramp and not frame.ramp_range:
         low_m, high_m = scene.heightmap.range_m
-        advice = "; --look diverging is white at 0" if args.look == "viridis" and low_m < 0 < high_m else ""
-        report.note(f"--look {args.look}: from {ramp.low:.6g} to {ramp.high:.6g} {unit}{advice}")
+        advice = "; --look diverging is white at 0" if frame.look == "viridis" and low_m < 0 < high_m else ""
+        report.note(f"--look {frame.look}: from {ramp.low:.6g} to {ramp.high:.6g} {unit}{advice}")
 
 
-def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[str]:
-    heightmap = scene.heightmap
+def _without_effect(asked: DrawOptions, scene: CommandScene) -> Iterator[str]:
+    heightmap, frame = scene.heightmap, scene.frame
+    is_lit = frame.shading.is_lit
     if abs(north := heightmap.north_deg) > _TURNED_DEG:
         turned = f"{abs(north):.1f} degrees {'clockwise' if north > 0 else 'counter-clockwise'} from the grid's"
         yield f"true north, from which the sun's azimuth counts, is {turned} north"
-    if args.style == "cracks":
+    if frame.style == "cracks":
         yield "--style cracks: patches do not agree on edges; nothing is certified"
     low_m, high_m = heightmap.range_m
-    if not Look(args.style).is_lit:
+    if not is_lit:
         names = {"water_m": "water"}
-        given = [f"--{names.get(name, name)}" for name, usual in _OF_LIGHT.items() if getattr(args, name) != usual]
+        given = [f"--{names.get(name, name)}" for name, usual in _OF_LIGHT.items() if getattr(frame, name) != usual]
         if given:
-            yield f"{', '.join(given)}: without effect in the style {args.style}"
-    elif args.water_m is not None and args.water_m <= low_m:
-        yield f"--water {args.water_m:g}: without effect, because the lowest height is {low_m:g} m"
-    if Look(args.style).is_lit and scene.sun[1] < 0 and not args.sky:
-        yield f"the sun is {-scene.sun[1]:.3g} degrees under the horizon: the picture is of the night"
-    if args.ramp_range and not args.drape and not args.material and args.look not in RAMPS:
+            yield f"{', '.join(given)}: without effect in the style {frame.style}"
+    elif frame.water_m is not None and frame.water_m <= low_m:
+        yield f"--water {frame.water_m:g}: without effect, because the lowest height is {low_m:g} m"
+    if is_lit and frame.sun[1] < 0 and not frame.sky:
+        yield f"the sun is {-frame.sun[1]:.3g} degrees under the horizon: the picture is of the night"
+    if frame.ramp_range and not frame.drape and not frame.material and frame.look not in RAMPS:
         yield "--range: without effect, because there is no ramp: give --drape, --material or a --look that is a ramp"
-    if args.ramp != RAMP_AUTO and not args.drape:
+    if frame.ramp != RAMP_AUTO and not frame.drape:
         yield "--ramp: without effect, because there are no values: give --drape, or --look viridis or diverging"
-    if args.contour_m is not None and not _lines_between(low_m, high_m, args.contour_m):
-        every = args.contour_m or interval_m(low_m, high_m)
+    if frame.contour_m is not None and not _lines_between(low_m, high_m, frame.contour_m):
+        every = frame.contour_m or interval_m(low_m, high_m)
         yield f"--contours: no line, because no multiple of {every:g} m lies between {low_m:g} and {high_m:g} m"
-    if args.voids == "hole" and not heightmap.voids:
+    if frame.voids == "hole" and not heightmap.voids:
         yield "--voids hole: without effect, because the map has no voids"
-    if args.exaggeration not in (None, 1.0) and low_m == high_m:
+    if frame.exaggeration != 1 and low_m == high_m:
         yield "--exaggeration: without effect, because all heights are equal"
-    if args.refraction and not bend_per_m(heightmap, args.curvature, args.refraction):
+    if frame.refraction and not bend_per_m(heightmap, frame.curvature, frame.refraction):
         yield "--refraction: without effect, because the map is drawn flat: give --curvature on"
-    if args.longitude is not None and (args.time is None or args.time.tzinfo is None):
+    light = asked.light
+    if light.longitude is not None and (light.time is None or light.time.tzinfo is None):
         yield "--longitude: without effect, because no --time with a zone is given"
 
 
@@ -78,13 +78,13 @@ def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
     return math.ceil(high_m / every) - math.ceil(low_m / every)
 
 
-def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> None:
+def tell_no_land(asked: CameraOptions, heightmap: Heightmap, camera: Camera) -> None:
     """Unless the eye is under the ground: say that no land is in the picture, and how far the map is from the eye."""
     if depth_below_ground(heightmap.coarse(), camera) > 0:  # `open_scene` has noted this
         return
     away_m = _away_m(heightmap, *camera.eye[:2])
     where = f"the eye is {metres(away_m)} from the map" if away_m else "the eye is over the map, and looks away from it"
-    report.note(f"no land is in the picture: {where}{_advice(args, heightmap, camera)}")
+    report.note(f"no land is in the picture: {where}{_advice(asked, heightmap, camera)}")
 
 
 def _away_m(heightmap: Heightmap, x: float, y: float) -> float:
@@ -93,10 +93,10 @@ def _away_m(heightmap: Heightmap, x: float, y: float) -> float:
     return math.hypot(max(-x, 0, x - east), max(-y, 0, y - north))
 
 
-def _advice(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> str:
+def _advice(asked: CameraOptions, heightmap: Heightmap, camera: Camera) -> str:
     """Advice on how to name a place: an eye near the map, if X and Y are read as map coordinates, was meant so."""
     east, north = heightmap.extent_m
-    place = heightmap.place if args.coordinates == "metres" else None
+    place = heightmap.place if asked.coordinates == "metres" else None
     if place and _away_m(heightmap, *place.from_map(*camera.eye[:2])) <= _NEAR * max(east, north):
         return "; for --eye and --target in coordinates of the map, add --coordinates map"
     return f"; --eye and --target count metres from its south-west post, and it reaches to {east:.6g},{north:.6g}"

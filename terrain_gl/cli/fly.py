@@ -1,9 +1,9 @@
 """`terrain-gl fly`: a flight over a map, as a film or a folder of pictures."""
 
-import argparse
 import contextlib
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -18,6 +18,7 @@ from ..film.record import CODECS, FPS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap, ground_m
 from . import effects, frames, furniture, options, overlays, report, stores, values
+from .scene import open_scene
 
 SECONDS = 12.0
 MAX_FRAMES = 1_000_000
@@ -29,6 +30,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "fly",
+        frames.FlyOptions,
         run,
         help="a flight over a map as a film, or as a folder of pictures",
         description="Fly over a map along a path of keyframes; without a path, on a tour that stays above the ground.\n"
@@ -38,7 +40,9 @@ def add(commands: Any) -> None:
     options.add_map(command)
     options.add_output(command, f"film: {', '.join(CODECS)} (extra [video]); or a folder of PNGs, FRAMES/")
     group = command.add_argument_group("flight")
-    group.add_argument("--path", metavar="FILE", help="keyframes, .json (default: a tour around the map)")
+    group.add_argument(
+        "--path", metavar="FILE", dest="keyframes", help="keyframes, .json (default: a tour around the map)"
+    )
     group.add_argument("--seconds", type=values.positive, metavar="S", help="how long (default: the path's, or 12)")
     group.add_argument("--fps", type=values.positive, metavar="N", default=FPS, help="frames a second (default: 30)")
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
@@ -49,44 +53,45 @@ def add(commands: Any) -> None:
     stores.add_options(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: frames.FlyOptions) -> int:
     """Run the command."""
-    output = args.output
-    overlays.lay_pictures(args)
-    can_continue = is_folder(output) or _has_parts(output)
-    journal = FlightJournal(output, frames.identity(args)) if can_continue else None
-    if is_folder(output):
-        args.output = None  # the checks that follow are for files
-    with Recorder(output, args.fps, journal.done if journal else None) as recorder:
+    path = asked.output.path
+    asked = overlays.with_ground(asked)
+    can_continue = is_folder(path) or _has_parts(path)
+    journal = FlightJournal(path, frames.identity(asked)) if can_continue else None
+    if is_folder(path):
+        asked = replace(asked, output=replace(asked.output, path=""))  # the checks that follow are for files
+    with Recorder(path, asked.fps, journal.done if journal else None) as recorder:
         try:
-            about, incomplete = _record(recorder, journal, args)
+            about, incomplete = _record(recorder, journal, asked)
         except KeyboardInterrupt:
             recorder.cancel()
             _tell_what_is_left(recorder)
             raise
-    report.say(args.json, _text(report.shown(output), about))
+    report.say(asked.output.json, _text(report.shown(path), about))
     return stores.status_of(incomplete)
 
 
 def _record(
-    recorder: Recorder, journal: FlightJournal | None, args: argparse.Namespace
+    recorder: Recorder, journal: FlightJournal | None, asked: frames.FlyOptions
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Draw and record all frames; returns the numbers of the flight, and the first frame with missing tiles, if any."""
-    scene = options.open_scene(args)
-    effects.tell(args, scene)
-    fov_deg = scene.camera.fov_deg if args.path or args.fov else FOV_DEG
-    path = CameraPath.open(args.path, fov_deg) if args.path else tour(scene.heightmap, fov_deg)
-    seconds = args.seconds or path.seconds or SECONDS
-    flight = frames.Flight(args, scene, path, _count(seconds, args.fps))
+    scene = open_scene(asked)
+    effects.tell(asked, scene)
+    fov_deg = scene.camera.fov_deg if asked.keyframes or asked.camera.fov_deg else FOV_DEG
+    path = CameraPath.open(asked.keyframes, fov_deg) if asked.keyframes else tour(scene.heightmap, fov_deg)
+    seconds = asked.seconds or path.seconds or SECONDS
+    flight = frames.Flight(asked, scene, path, _count(seconds, asked.fps))
     numbers, shared = _fly(flight, recorder, journal)
     _tell_jumps(numbers, shared)
-    about = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
+    about = {"map": scene.heightmap.name, "seconds": seconds, "fps": asked.fps, "length_m": path.length_m}
     about |= _places(scene.heightmap, [frame["eye"] for frame in numbers]) | {"summary": _summary(numbers)} | shared
     about["frames_without_land"] = sum(not frame.get("sees_land", True) for frame in numbers)
-    if args.overlay:
-        samples = np.sum([frame["overlay_samples"] for frame in numbers], 0)
-        overlays.tell_unseen(args, scene.heightmap, overlays.of(args, scene.heightmap, silent=True), samples.tolist())
-    with report.json_output(args.json, about | {"frames": numbers}):
+    if asked.laid.overlay:
+        samples = np.sum([frame["overlay_samples"] for frame in numbers], 0).tolist()
+        laid = overlays.of(asked.laid, scene.heightmap, silent=True)
+        overlays.tell_unseen(asked.laid.overlay, scene.heightmap, laid, samples)
+    with report.json_output(asked.output.json, about | {"frames": numbers}):
         recorder.close()
     lacking = next((frame for frame in numbers if not frame.get("complete", True)), {})
     return about, lacking | {"map": scene.heightmap.name}

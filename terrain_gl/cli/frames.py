@@ -4,14 +4,13 @@ Each worker has its own renderer. A frame does not depend on the frames before i
 the same pixels.
 """
 
-import argparse
 import contextlib
 import io
 import os
 import threading
 import uuid
 from collections.abc import Callable, Collection, Generator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +22,9 @@ from ..files.furniture import stamp
 from ..film.path import CameraPath, FlightFrame
 from ..store import is_store
 from ..store.scheduling import scheduler
-from . import furniture, options, overlays
+from . import furniture, overlays
+from .records import DrawOptions, OutputOptions
+from .scene import CommandScene, make_renderer, open_scene
 
 OF_FLIGHT = (
     *("method", "metric", "certified_metric", "requested_max_error_px", "width", "height"),
@@ -34,7 +35,6 @@ OF_FRAME = (
     *("tiles_missing", "tiles_wide", "overlay_samples", "ms"),
 )
 MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
-_NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # options that change no pixel
 _of_thread = threading.local()
 
 
@@ -46,36 +46,53 @@ class Drawn(NamedTuple):
     about: dict[str, Any]  # numbers that all frames share
 
 
+@dataclass(frozen=True)
+class FlyOptions(DrawOptions):
+    """What `fly` was told."""
+
+    fps: float
+    measure: bool
+    workers: int
+    keyframes: str | None = None
+    seconds: float | None = None
+    scheduler: str | None = None
+
+    @property
+    def files(self) -> list[str]:
+        """The files that are read beside the map."""
+        return [*super().files, *([self.keyframes] if self.keyframes else [])]
+
+
 class FlightJob(NamedTuple):
     """Data that the workers of a flight share; `key` is new for each run."""
 
     key: str
-    args: argparse.Namespace
+    asked: FlyOptions
 
 
 class Drawing:
     """A renderer that draws the frames of a flight, each as if it were the only one."""
 
-    def __init__(self, args: argparse.Namespace, scene: options.CommandScene) -> None:
-        self._args = args
-        self._view = options.view_of(args, scene)
-        self._heightmap = scene.heightmap
-        self._renderer = options.make_renderer(args, scene, lit=True)
+    def __init__(self, asked: FlyOptions, scene: CommandScene) -> None:
+        self._asked = asked
+        self._scene = scene
+        self._renderer = make_renderer(scene, asked, lit=True)
         if self._renderer.streaming:
             self._renderer.streaming.is_repeatable = True
 
     def steps(self, pose: FlightFrame) -> Steps[Drawn]:
         """Draw a frame in steps."""
-        args = self._args
-        of_path = {"camera": pose.camera} | ({"sun": pose.sun} if pose.sun and not args.sun else {})
-        frame = yield from self._renderer.render_steps(gradual=False, **self._view | of_path)
-        stats = self._renderer.measure() if args.measure else frame.stats
-        keys = OF_FRAME + (MEASURED if args.measure else ())
+        asked, scene, renderer = self._asked, self._scene, self._renderer
+        is_free = pose.sun is not None and not (asked.light.sun or asked.light.time)  # the path may move the sun
+        view = scene.view(camera=pose.camera, **({"sun": pose.sun} if is_free else {}))
+        frame = yield from renderer.render_steps(gradual=False, **view)
+        stats = renderer.measure() if asked.measure else frame.stats
+        keys = OF_FRAME + (MEASURED if asked.measure else ())
         numbers = {"eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
         image = frame.image[..., :3]
-        names = overlays.names(args, self._renderer.labels())
-        stamp(image, 0, [*names, *furniture.of(args, self._heightmap, pose.camera)])
-        numbers["sees_land"] = self._renderer.picture.sees_land()
+        names = overlays.names(asked.camera.size, renderer.labels())
+        stamp(image, 0, [*names, *furniture.of(asked, scene.heightmap, pose.camera)])
+        numbers["sees_land"] = renderer.picture.sees_land()
         return Drawn(image, numbers, {key: stats[key] for key in OF_FLIGHT})
 
     def close(self) -> None:
@@ -87,8 +104,8 @@ class Drawing:
 class Flight:
     """A path that is drawn as `count` frames."""
 
-    args: argparse.Namespace
-    scene: options.CommandScene
+    asked: FlyOptions
+    scene: CommandScene
     path: CameraPath
     count: int
 
@@ -96,18 +113,18 @@ class Flight:
         self, kept: Collection[int], show: Callable[[float], None] | None
     ) -> Generator[tuple[int, Drawn], None, None]:
         """Draw the frames except those `kept`, each with its number; `show` is called with the progress, 0 to 1."""
-        args = self.args
+        asked = self.asked
         numbers = [number for number in range(self.count) if number not in kept]
         poses = (pose for number, pose in enumerate(self.path.poses(self.count)) if number not in kept)
         if not numbers:
             return
-        if args.workers == 1 and not args.scheduler:
-            with contextlib.closing(Drawing(args, self.scene)) as drawing:
+        if asked.workers == 1 and not asked.scheduler:
+            with contextlib.closing(Drawing(asked, self.scene)) as drawing:
                 for done, (number, pose) in enumerate(zip(numbers, poses, strict=True), len(kept)):
                     yield number, drain(portion(drawing.steps(pose), done, self.count), show)
             return
-        with contextlib.closing(scheduler(args.workers, args.scheduler)) as runner:
-            drawn = runner.in_order(draw, _job(args), poses)
+        with contextlib.closing(scheduler(asked.workers, asked.scheduler)) as runner:
+            drawn = runner.in_order(draw, _job(asked), poses)
             for done, (number, frame) in enumerate(zip(numbers, drawn, strict=True), len(kept) + 1):
                 yield number, frame
                 if show:
@@ -121,28 +138,41 @@ def draw(job: FlightJob, pose: FlightFrame) -> Drawn:
             _of_thread.drawing.close()
             del _of_thread.drawing, _of_thread.key
         with contextlib.redirect_stderr(io.StringIO()):  # notes on the map were printed already
-            _of_thread.drawing = Drawing(job.args, options.open_scene(job.args))
+            _of_thread.drawing = Drawing(job.asked, open_scene(job.asked))
         _of_thread.key = job.key
     frame = drain(_of_thread.drawing.steps(pose))
     return frame._replace(image=np.ascontiguousarray(frame.image))
 
 
-def _job(args: argparse.Namespace) -> FlightJob:
+def _job(asked: FlyOptions) -> FlightJob:
     """The options for workers: without outputs, and with absolute file names."""
-    sent = argparse.Namespace(**vars(args) | {"output": None, "json": None, "run": None})
-    for name in ("map", *options.FILES):
-        if (path := getattr(sent, name)) and os.path.exists(path):
-            setattr(sent, name, os.path.abspath(path))
-    sent.overlay = [os.path.abspath(path) for path in args.overlay]
+    frame = asked.frame
+    files = {name: _absolute(getattr(frame, name)) for name in ("sky", "material", "drape")}
+    sent = replace(
+        asked,
+        map=replace(asked.map, name=_absolute(asked.map.name)),
+        store=replace(asked.store, edits=_absolute(asked.store.edits)),
+        frame=replace(frame, **files),
+        laid=replace(asked.laid, overlay=tuple(map(os.path.abspath, asked.laid.overlay))),
+        output=OutputOptions(backend=asked.output.backend),
+        keyframes=None,
+    )
     return FlightJob(uuid.uuid4().hex, sent)
 
 
-def identity(args: argparse.Namespace) -> Any:
+def _absolute(path: Any) -> Any:
+    """The absolute name of a file; bundled names and missing options stay as they are."""
+    return os.path.abspath(path) if path and os.path.exists(path) else path
+
+
+def identity(asked: FlyOptions) -> Any:
     """A value for JSON that changes if the pictures of a flight change: its options, and the files that it reads."""
-    given = {name: value for name, value in vars(args).items() if name not in _NO_PIXELS}
-    of_map = [os.path.join(args.map, "zarr.json")] if is_store(args.map) else maps.files_read(args.map)
-    files = [*of_map, *(path for name in options.FILES if (path := getattr(args, name))), *args.overlay]
-    return {"version": __version__, "options": given, "files": [[path, *_status(path)] for path in files]}
+    output, store = OutputOptions(backend=asked.output.backend), replace(asked.store, memory=0)
+    given = replace(asked, output=output, store=store, workers=1, scheduler=None)  # the others change no pixel
+    name = asked.map.name
+    of_map = [os.path.join(name, "zarr.json")] if is_store(name) else maps.files_read(name)
+    files = [[path, *_status(path)] for path in (*of_map, *asked.files)]
+    return {"version": __version__, "options": asdict(given), "files": files}
 
 
 def _status(path: str) -> list[int]:

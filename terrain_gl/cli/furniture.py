@@ -1,6 +1,5 @@
 """`--furniture`: title, north arrow, scale bar and legend in a picture."""
 
-import argparse
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,8 @@ from ..heightmap import Heightmap
 from ..light.lighting import ramp_seen
 from ..light.ramps import LOOKS as RAMPS
 from ..light.ramps import Ramp, Values, ramp_for
-from ..shade.picture import Look
+from ..renderer.options import FrameOptions
+from .records import DrawOptions
 
 
 def add(command: Any) -> None:
@@ -21,21 +21,23 @@ def add(command: Any) -> None:
     group.add_argument("--title", metavar="TEXT", help="of --furniture (default: the map's name)")
 
 
-def of(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> list[Stamp]:
-    """Stamps to draw over a picture of `args.size`; none without `--furniture`."""
-    if not args.furniture:
+def of(asked: DrawOptions, heightmap: Heightmap, camera: Camera) -> list[Stamp]:
+    """Stamps to draw over a picture; none without `--furniture`."""
+    laid = asked.laid
+    if not laid.furniture:
         return []
-    title = Path(heightmap.name).stem if args.title is None else args.title
-    away_m = land_ahead_m(heightmap.coarse(), camera)
-    return furniture(args.size, camera, away_m, title, *ramp_of(args, heightmap), heightmap.north_deg)
+    title = Path(heightmap.name).stem if laid.title is None else laid.title
+    ahead_m = land_ahead_m(heightmap.coarse(), camera)
+    ramp = ramp_of(asked.frame, heightmap)
+    return furniture(asked.camera.size, camera, ahead_m, title, *ramp, heightmap.north_deg)
 
 
-def ramp_of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Ramp | None, str]:
+def ramp_of(frame: FrameOptions, heightmap: Heightmap) -> tuple[Ramp | None, str]:
     """The ramp that the picture shows, and the unit of its numbers."""
-    if not Look(args.style).is_lit:
+    if not frame.shading.is_lit:
         return None, ""
-    if args.drape:
-        return ramp_seen(Values(args.drape, args.ramp, args.ramp_range), heightmap.georeference), ""
-    if args.look in RAMPS:
-        return ramp_for(*heightmap.range_m, args.look, args.ramp_range), "m"
+    if frame.drape:
+        return ramp_seen(Values(frame.drape, frame.ramp, frame.ramp_range), heightmap.georeference), ""
+    if frame.look in RAMPS:
+        return ramp_for(*heightmap.range_m, frame.look, frame.ramp_range), "m"
     return None, ""

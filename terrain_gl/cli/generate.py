@@ -3,7 +3,7 @@
 import argparse
 import re
 import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..files.generate import RECIPES, Land, open_options, shot_command, write_land
@@ -11,6 +11,22 @@ from ..files.writers import FORMATS, format_of
 from ..gpu.context import backend_name, create_context
 from ..gpu.selftest import check_driver
 from . import options, report, values
+from .outputs import check_writable
+from .records import OutputOptions
+
+
+@dataclass(frozen=True)
+class GenerateOptions:
+    """What `generate` was told."""
+
+    output: OutputOptions
+    size: tuple[int, int]
+    seed: int
+    cliffs: float
+    relief: float
+    spacing: float
+    recipe: str
+    octaves: int | None = None
 
 
 def add(commands: Any) -> None:
@@ -18,13 +34,14 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "generate",
+        GenerateOptions,
         run,
         help="a heightmap of gradient noise: hills, canyons, ranges",
         description="Make a heightmap from a seed. A seed gives the same bytes on every driver. A larger map\n"
         "continues a smaller one: its north-west corner is the same land.",
         example="generate land.png --size 1025 --seed 7 --cliffs 0.7",
     )
-    command.add_argument("output", metavar="OUT", help=f"heightmap, {', '.join(FORMATS)}")
+    command.add_argument("path", metavar="OUT", help=f"heightmap, {', '.join(FORMATS)}")
     command.add_argument("--size", type=size, metavar="N or WxH", default=(1025, 1025), help="posts (default: 1025)")
     command.add_argument("--seed", type=whole, metavar="S", default=0, help="each gives another land (default: 0)")
     command.add_argument(
@@ -42,16 +59,16 @@ def add(commands: Any) -> None:
     options.add_json(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: GenerateOptions) -> int:
     """Run the command."""
-    cols, rows = args.size
-    land = Land(cols, rows, args.seed, args.cliffs, args.octaves, args.relief, args.spacing, args.recipe)
-    suffix = format_of(args.output)
-    options.check_writable(args.output, args.json)
-    about = make(land, args.output, args.backend) | {"open_with": open_options(land, suffix)}
-    report.write_json(args.json, about)
-    report.say(args.json, f"{report.shown(args.output)}: {summary(about)}")
-    report.say(args.json, report.shown(shot_command(land, args.output)))
+    path, told = asked.output.path, asked.output.json
+    land = Land(*asked.size, asked.seed, asked.cliffs, asked.octaves, asked.relief, asked.spacing, asked.recipe)
+    suffix = format_of(path)
+    check_writable(path, told)
+    about = make(land, path, asked.output.backend) | {"open_with": open_options(land, suffix)}
+    report.write_json(told, about)
+    report.say(told, f"{report.shown(path)}: {summary(about)}")
+    report.say(told, report.shown(shot_command(land, path)))
     return 0
 
 

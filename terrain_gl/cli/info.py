@@ -1,20 +1,31 @@
 """`terrain-gl info`: the OpenGL of this machine, and facts about a map. Works without OpenGL, too."""
 
-import argparse
 import os
+from dataclasses import dataclass
 from typing import Any
 
 from ..basics.exceptions import TerrainError
 from ..basics.version import __version__
-from ..files.maps import bundled, open_map
+from ..files.maps import bundled, files_read, open_map
 from ..gpu import gl
 from ..gpu.context import Probe, create_context, probe_backends
 from ..heightmap import Heightmap
 from ..readers.place import Place, degrees
 from ..store import StoredMap, is_store
 from . import options, report
+from .outputs import check_outputs
+from .records import MapOptions
 
 _LIMITS = ("texture_size", "viewport_size", "tess_level", "samples", "storage_block_bytes")
+
+
+@dataclass(frozen=True)
+class InfoOptions:
+    """What `info` was told."""
+
+    map: MapOptions
+    name: str | None = None  # of the map
+    json: str | None = None
 
 
 def add(commands: Any) -> None:
@@ -22,6 +33,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "info",
+        InfoOptions,
         run,
         help="the OpenGL of this machine, and facts about a map",
         description="Report which OpenGL back ends work, what to install for the others, and facts about a map.\n"
@@ -32,24 +44,24 @@ def add(commands: Any) -> None:
     options.add_json(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: InfoOptions) -> int:
     """Run the command."""
-    options.check_outputs(args, args.map)
-    about_map = _about(args) if args.map is not None else None
+    check_outputs([asked.json], () if asked.name is None else files_read(asked.name))
+    about_map = None if asked.name is None else _about(asked.map)
     probes = probe_backends()
     found = {"version": __version__, "backends": [probe._asdict() for probe in probes], "limits": limits()}
     found |= {"map": about_map} if about_map else {"maps": list(bundled())}
-    report.write_json(args.json, found)
-    report.say(args.json, text(probes, found))
+    report.write_json(asked.json, found)
+    report.say(asked.json, text(probes, found))
     return 0
 
 
-def _about(args: argparse.Namespace) -> dict[str, Any]:
-    if not is_store(args.map):
-        heightmap, _ = open_map(args.map, **options.map_options(args))
-        options.tell_notes(heightmap)
+def _about(asked: MapOptions) -> dict[str, Any]:
+    if not is_store(asked.name):
+        heightmap, _ = open_map(*asked.source)
+        report.notes_of(heightmap)
         return describe(heightmap)
-    stored = StoredMap(args.map)
+    stored = StoredMap(asked.name)
     return describe(stored) | {"store": {key: value for key, value in stored.about.items() if key != "georeference"}}
 
 

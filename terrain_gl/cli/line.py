@@ -18,7 +18,7 @@ from ..renderer.options import FrameOptions
 from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
-_NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # fields whose option has another name
+_FILES = ("sky", "material", "drape", "edits")  # options that name files
 
 
 def command_line(
@@ -70,7 +70,7 @@ def _words(told: dict[str, Any]) -> list[str]:
     stores.add_options(command)
     if parameters := told.pop("parameters", None):
         told |= _parameter(parameters)
-    values = {_NAMES.get(name, name): value for name, value in told.items() if value is not None and name != "cull"}
+    values = {name: value for name, value in told.items() if value is not None and name != "cull"}
     words = []
     for option in command._actions:
         name = option.option_strings[-1].removeprefix("--") if option.dest == "parameters" else option.dest
@@ -96,6 +96,6 @@ def _text(name: str, value: Any) -> list[str]:
         return []
     if isinstance(value, tuple):
         return [("x" if name in ("size", "raw") else ",").join(text for each in value for text in _text("", each))]
-    if name in options.FILES and os.path.exists(value):
+    if name in _FILES and os.path.exists(value):
         return [os.path.abspath(value)]
     return [repr(float(value)).removesuffix(".0") if isinstance(value, float) else str(value)]

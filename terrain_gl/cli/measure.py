@@ -1,11 +1,20 @@
 """`terrain-gl measure`: the achieved error of a view, beside the certified one."""
 
-import argparse
+from dataclasses import dataclass
 from typing import Any
 
 from ..basics.exceptions import TerrainError
 from ..shade.picture import UNLIT
 from . import options, report, stores, values
+from .records import DrawOptions
+from .scene import make_renderer, open_scene
+
+
+@dataclass(frozen=True)
+class MeasureOptions(DrawOptions):
+    """What `measure` was told."""
+
+    fail_above: float | None = None
 
 
 def add(commands: Any) -> None:
@@ -13,6 +22,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "measure",
+        MeasureOptions,
         run,
         help="the achieved error of a view",
         description="Draw a view, and compare its mesh with the true surface: at every post in the picture, and at\n"
@@ -25,16 +35,16 @@ def add(commands: Any) -> None:
     stores.add_options(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: MeasureOptions) -> int:
     """Run the command."""
-    scene = options.open_scene(args)
-    with options.make_renderer(args, scene) as renderer:
+    scene = open_scene(asked)
+    with make_renderer(scene, asked) as renderer:
         with stores.loading(renderer):
-            renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
+            renderer.draw(**scene.view(style=UNLIT))
         stats = {"map": scene.heightmap.name} | renderer.measure()
-    report.write_json(args.json, stats)
-    report.say(args.json, text(stats))
-    _check_error(stats, args.fail_above)
+    report.write_json(asked.output.json, stats)
+    report.say(asked.output.json, text(stats))
+    _check_error(stats, asked.fail_above)
     return stores.status_of(stats)
 
 

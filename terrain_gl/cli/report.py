@@ -9,6 +9,8 @@ from typing import Any
 
 from ..basics.replacing import replacing
 from ..files.records import json_text
+from ..heightmap import Heightmap
+from ..readers.windows import WindowedRaster
 from ..renderer.methods import BASELINES
 from .text import printable
 from .text import shown as shown
@@ -43,6 +45,12 @@ def say(json_path: str | None, text: str) -> None:
 def note(text: str) -> None:
     """Print a note to standard error."""
     print(f"terrain-gl: note: {text}", file=sys.stderr)
+
+
+def notes_of(heightmap: Heightmap | WindowedRaster) -> None:
+    """Print how a file was interpreted to standard error."""
+    for told in heightmap.notes:
+        note(f"{shown(heightmap.name)}: {told}")
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:

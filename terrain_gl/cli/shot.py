@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,17 @@ from ..image import FORMATS, Rows, writing_image
 from ..renderer import Renderer
 from ..renderer.names import Label
 from . import against, effects, furniture, options, overlays, report, stores
+from .records import DrawOptions
+from .scene import CommandScene, make_renderer, open_scene
 
 MOST_PIXELS = 2**32
+
+
+@dataclass(frozen=True)
+class ShotOptions(DrawOptions):
+    """What `shot` was told."""
+
+    golden: against.GoldenOptions
 
 
 def add(commands: Any) -> None:
@@ -26,6 +35,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "shot",
+        ShotOptions,
         run,
         help="one picture, no window",
         description="Draw one picture of a map into a file. It may be larger than the GPU can draw at once: it is\n"
@@ -41,36 +51,40 @@ def add(commands: Any) -> None:
     stores.add_options(command)
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: ShotOptions) -> int:
     """Run the command."""
-    if os.path.splitext(args.output)[1].lower() not in FORMATS:
-        raise UsageError(f"{report.shown(args.output)}: a picture's name must end in one of {', '.join(FORMATS)}")
-    if args.size[0] * args.size[1] > MOST_PIXELS:
-        raise UsageError(f"--size: expected at most {MOST_PIXELS:,} pixels, got {args.size[0]:,} x {args.size[1]:,}")
-    golden = against.golden_of(args)
-    overlays.lay_pictures(args)
-    scene = options.open_scene(args)
-    effects.tell(args, scene)
-    size = min(args.size[0], LARGEST), min(args.size[1], LARGEST)
-    with ExitStack() as picture, options.make_renderer(args, scene, size, lit=True) as renderer:
-        write = picture.enter_context(writing_image(args.output, args.size))
-        stats = {"map": scene.heightmap.name} | _draw(renderer, args, scene, golden.receive(write) if golden else write)
-        found = golden.compare(renderer, args, scene) if golden else None
-        with report.json_output(args.json, stats | (found.record() if found else {})):
+    size, path, told = asked.camera.size, asked.output.path, asked.output.json
+    if os.path.splitext(path)[1].lower() not in FORMATS:
+        raise UsageError(f"{report.shown(path)}: a picture's name must end in one of {', '.join(FORMATS)}")
+    if size[0] * size[1] > MOST_PIXELS:
+        raise UsageError(f"--size: expected at most {MOST_PIXELS:,} pixels, got {size[0]:,} x {size[1]:,}")
+    golden = against.golden_of(asked.golden, asked.output, size)
+    asked = overlays.with_ground(asked)
+    scene = open_scene(asked)
+    effects.tell(asked, scene)
+    piece = min(size[0], LARGEST), min(size[1], LARGEST)
+    with ExitStack() as picture, make_renderer(scene, asked, piece, lit=True) as renderer:
+        write = picture.enter_context(writing_image(path, size))
+        stats = {"map": scene.heightmap.name} | _draw(
+            renderer, asked, scene, golden.receive(write) if golden else write
+        )
+        found = golden.compare(renderer, scene, path, size) if golden else None
+        with report.json_output(told, stats | (found.record() if found else {})):
             picture.close()
-    report.say(args.json, f"{report.shown(args.output)}: {summary(stats)}")
+    report.say(told, f"{report.shown(path)}: {summary(stats)}")
     if found:
-        report.say(args.json, found.text())
+        report.say(told, found.text())
     return stores.status_of(stats) or (0 if found is None or found.is_within else 1)
 
 
-def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene, write: Rows) -> dict[str, Any]:
+def _draw(renderer: Renderer, asked: ShotOptions, scene: CommandScene, write: Rows) -> dict[str, Any]:
     """Draw pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
-    width = args.size[0]
-    exact = FORMATS[os.path.splitext(args.output)[1].lower()] == "float"
+    size, laid, frame = asked.camera.size, asked.laid, scene.frame
+    width = size[0]
+    exact = FORMATS[os.path.splitext(asked.output.path)[1].lower()] == "float"
     rows = np.empty((0, width, 4))
     sees_land = False
-    stamps = [] if exact else furniture.of(args, scene.heightmap, scene.camera)
+    stamps = [] if exact else furniture.of(asked, scene.heightmap, scene.camera)
     seen: list[Label] = []
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:
@@ -78,31 +92,29 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
         sees_land = sees_land or renderer.picture.sees_land()
         if not exact:
             seen.extend(renderer.labels())
-            if args.labels != overlays.NO_LABELS:
-                seen.extend(renderer.contour_labels(args.contour_m, args.water_m))
+            if laid.labels != overlays.NO_LABELS:
+                seen.extend(renderer.contour_labels(frame.contour_m, frame.water_m))
         if piece.corner[0] == 0:
             rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels
         if piece.cols.stop == width:
-            stamp(rows, piece.rows.start, [*overlays.names(args, seen), *stamps])
+            stamp(rows, piece.rows.start, [*overlays.names(size, seen), *stamps])
             write(rows)
 
-    steps = renderer.draw_steps(
-        size=args.size, receive=receive, gradual=False, exact=exact, **options.view_of(args, scene)
-    )
+    steps = renderer.draw_steps(size=size, receive=receive, gradual=False, exact=exact, **scene.view())
     with stores.loading(renderer):
         next(steps)
     with report.progress_bar("drawing") as progress:
         stats = drain(steps, progress)
     if not sees_land:
-        effects.tell_no_land(args, scene.heightmap, scene.camera)
-    if exact and args.furniture:
+        effects.tell_no_land(asked.camera, scene.heightmap, scene.camera)
+    if exact and laid.furniture:
         report.note("--furniture: is not in a picture of floats")
     if renderer.overlays:
         if exact:
             report.note("--overlay: lines and points are not in a picture of floats")
         else:
-            overlays.tell_unseen(args, scene.heightmap, renderer.overlays, stats["overlay_samples"])
+            overlays.tell_unseen(laid.overlay, scene.heightmap, renderer.overlays, stats["overlay_samples"])
     return stats
 
 

@@ -3,24 +3,27 @@
 A large raster is drawn from a store, too, which is made at first use (`store.cache`).
 """
 
-import argparse
 import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import asdict
 from typing import Any
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.limits import is_too_large
 from ..files.edits import read_edits
 from ..files.huge import posts_of, sample
+from ..files.maps import BundledMap, open_map
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
 from ..readers import Reading
 from ..renderer import Renderer
-from ..store import StoredMap, cache
+from ..renderer.options import FrameOptions
+from ..store import StoredMap, cache, is_store
 from . import report, values
+from .records import DrawOptions, StoreOptions
 
 
 def add_options(command: Any, pays_times: int = 1) -> None:
@@ -40,76 +43,85 @@ def add_options(command: Any, pays_times: int = 1) -> None:
     group.add_argument("--no-cache", action="store_true", help=what)
 
 
-def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> PagedMap:
-    """The store with a name, for a command that can draw stores; `of_map` has the options for a map's values."""
-    if not hasattr(args, "gpu_memory"):
+def opened(asked: DrawOptions, progress: Callable[[float], None] | None = None) -> tuple[Heightmap, BundledMap | None]:
+    """The map of a command, and its `BundledMap`, if it is one; a large raster's store is made at its first use.
+
+    `progress` is called with the progress; without it, a bar shows that of a build.
+    """
+    if is_store(asked.map.name):
+        return _given(asked), None
+    check_no_edits(asked)
+    stored = of_raster(asked, progress)
+    heightmap, known = (stored, None) if stored else open_map(*asked.map.source, progress)
+    report.notes_of(heightmap)
+    return heightmap, known
+
+
+def _given(asked: DrawOptions) -> PagedMap:
+    """A store that the command names."""
+    name, *how = asked.map.source
+    if not asked.store.gpu_memory:
         raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, mesh, fly, view and info read stores")
-    if any(value not in (None, False, "plain") for value in of_map.values()):
+    if how != [Reading(), None]:
         raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
-    stored = _limited(StoredMap(name), args)
-    if args.edits is None:
+    stored = _limited(StoredMap(name), asked.store)
+    if asked.store.edits is None:
         return stored
     edited = EditedMap(stored)
-    for x, y, heights in read_edits(args.edits, stored):
+    for x, y, heights in read_edits(asked.store.edits, stored):
         edited.write(x, y, heights)
-    edited.saved_as = args.edits
+    edited.saved_as = asked.store.edits
     return edited
 
 
-def of_raster(
-    args: argparse.Namespace, name: str, of_map: dict[str, Any], show: Callable[[float], None] | None = None
-) -> StoredMap | None:
-    """The store of a large raster, made at first use; None if the raster is to be held in memory.
-
-    `show` is called with the progress of a build; without it, a bar shows it.
-    """
-    if not _pays(args, name):
+def of_raster(asked: DrawOptions, show: Callable[[float], None] | None = None) -> StoredMap | None:
+    """The store of a large raster, made at first use; None if the raster is to be held in memory."""
+    if not _pays(asked):
         return None
-    reading = reading_of(args)
+    name, reading, spacing_m = asked.map.source
     rows, cols = posts_of(name, reading)
     fits = not is_too_large(rows, cols)
     size = f"{report.shown(name)}: {cols:,} x {rows:,} posts"
-    lacks = _lacks(args)
+    lacks = _lacks(asked.frame)
     if lacks and fits:
         report.note(f"{size} in memory, because of {lacks}")
         return None
     try:
-        is_there = cache.has(name, reading, args.spacing)
+        is_there = cache.has(*asked.map.source)
         where = f"in {cache.folder()}; --no-cache holds it in memory" if fits else f"in {cache.folder()}"
         report.note(f"{size}, drawn from a store {'' if is_there else 'that is made once, '}{where}")
         with report.progress_bar("building") if show is None else nullcontext(show) as progress:
-            stored = cache.stored(name, reading, args.spacing, progress)
+            stored = cache.stored(*asked.map.source, progress)
     except TerrainError as error:
         if not fits:
             raise
         report.note(f"{error}; {report.shown(name)} is held in memory instead")
         return None
-    stored.opened = {"path": name} | of_map
-    return _limited(stored, args)
+    stored.opened = {"path": name, "spacing_m": spacing_m} | asdict(reading)
+    return _limited(stored, asked.store)
 
 
-def _limited(stored: StoredMap, args: argparse.Namespace) -> StoredMap:
-    stored.limit(args.gpu_memory << 20, args.memory << 20)
+def _limited(stored: StoredMap, limits: StoreOptions) -> StoredMap:
+    stored.limit(limits.gpu_memory << 20, limits.memory << 20)
     return stored
 
 
-def sample_meanwhile(args: argparse.Namespace, name: str) -> Heightmap | None:
+def sample_meanwhile(asked: DrawOptions) -> Heightmap | None:
     """A coarse sample of a raster, to show while its store is made; None if no store must be made."""
-    reading = reading_of(args)
-    if not _pays(args, name) or _lacks(args) or not cache.is_possible() or cache.has(name, reading, args.spacing):
+    if not _pays(asked) or _lacks(asked.frame) or not cache.is_possible() or cache.has(*asked.map.source):
         return None
     try:
-        return sample(name, reading, args.spacing)[0]
+        return sample(*asked.map.source)[0]
     except TerrainError:  # GDAL cannot read parts of the raster
         return None
 
 
-def _pays(args: argparse.Namespace, name: str) -> bool:
+def _pays(asked: DrawOptions) -> bool:
     """Whether a map is a raster for which a store saves time, or is needed."""
-    if getattr(args, "no_cache", True) or not os.path.isfile(name):
+    if asked.store.no_cache or not os.path.isfile(asked.map.name):
         return False
-    rows, cols = posts_of(name, reading_of(args))
-    return rows * cols >= args.pays_times * cache.PAYS_POSTS or is_too_large(rows, cols)
+    rows, cols = posts_of(asked.map.name, asked.map.reading)
+    return rows * cols >= asked.store.pays_times * cache.PAYS_POSTS or is_too_large(rows, cols)
 
 
 def may_be_held(heightmap: Heightmap) -> bool:
@@ -117,25 +129,17 @@ def may_be_held(heightmap: Heightmap) -> bool:
     return heightmap.is_store and heightmap.opened is not None and not is_too_large(heightmap.rows, heightmap.cols)
 
 
-def reading_of(args: argparse.Namespace) -> Reading:
-    """How the values of a map's file are converted to metres."""
-    file = args.trusted, args.band, args.raw, args.byte_order
-    return Reading(*file, args.z_scale, args.z_offset, args.nodata, args.encoding)
-
-
-def _lacks(args: argparse.Namespace) -> str:
+def _lacks(frame: FrameOptions) -> str:
     """An option that was given and that stores do not have; "" if there is none."""
-    if getattr(args, "method", None) not in (None, "sat"):
-        return f"--method {args.method}"
-    if getattr(args, "style", None) == "error":
-        return "--style error"
-    return ""
+    if frame.method != "sat":
+        return f"--method {frame.method}"
+    return "--style error" if frame.style == "error" else ""
 
 
-def check_no_edits(args: argparse.Namespace, name: str) -> None:
+def check_no_edits(asked: DrawOptions) -> None:
     """Refuse --edits for a map that is no store."""
-    if getattr(args, "edits", None) is not None:
-        raise UsageError(f"--edits: edits are for a store, and {report.shown(name)} is none")
+    if asked.store.edits is not None:
+        raise UsageError(f"--edits: edits are for a store, and {report.shown(asked.map.name)} is none")
 
 
 def rebuild(renderer: Renderer) -> None:

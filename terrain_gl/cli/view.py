@@ -1,19 +1,33 @@
 """`terrain-gl view`: the interactive window."""
 
-import argparse
 import os
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 from ..basics.exceptions import UsageError
-from ..files.maps import bundled, find_bundled
-from ..renderer.options import FrameOptions
+from ..files.maps import bundled, files_read, find_bundled
+from ..renderer.options import FrameOptions, RenderOptions
 from . import options, overlays, report, stores, values
 from .line import command_line
+from .outputs import check_outputs
+from .records import DrawOptions
+from .scene import open_scene_or_sample, scene_over
 
 BACKENDS = ("auto", "egl", "glfw")
 REMEMBERED = {"size", *(option.name for option in fields(FrameOptions))}  # without defaults here, for the window
+
+
+@dataclass(frozen=True)
+class ViewOptions(DrawOptions):
+    """What `view` was told; `given` has the options of the frame that do not come from the last window."""
+
+    given: RenderOptions
+    fresh: bool
+    plain: bool
+    size: tuple[int, int] | None = None
+    ui_scale: float | None = None
+    lecture: str | None = None
 
 
 def add(commands: Any) -> None:
@@ -22,6 +36,7 @@ def add(commands: Any) -> None:
     command = options.add_command(
         commands,
         "view",
+        ViewOptions,
         run,
         help="fly over a map in a window",
         description=f"Fly over a map in a window; without MAP, over {first}. The key H shows all keys. A tolerance,"
@@ -40,39 +55,40 @@ def add(commands: Any) -> None:
     command.add_argument("--lecture", nargs="?", const="", metavar="FILE", help=what)
     overlays.add(command)
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
-    command.set_defaults(**dict.fromkeys(lasting))
+    command.set_defaults(name=first, **dict.fromkeys(lasting))
 
 
-def run(args: argparse.Namespace) -> int:
+def run(asked: ViewOptions) -> int:
     """Open the window."""
-    if args.backend not in BACKENDS:
-        raise UsageError(f"--backend {args.backend}: a window is made by one of {', '.join(BACKENDS)}")
-    name = next(iter(bundled())) if args.map is None else args.map
-    overlays.lay_pictures(args)
-    options.check_outputs(args, name)
+    backend = asked.output.backend
+    if backend not in BACKENDS:
+        raise UsageError(f"--backend {backend}: a window is made by one of {', '.join(BACKENDS)}")
+    name = asked.map.name
+    drawn = overlays.with_ground(asked)
+    check_outputs([asked.output.json], [*files_read(name), *asked.files])
     known = find_bundled(name)
     from .. import viewer  # imported here, because other commands need no window
 
     key = known.name if known else os.path.realpath(name)
-    asked = bool(args.view or options.camera_options(args))
+    is_asked = bool(asked.camera.view or asked.camera.at or asked.camera.stand or asked.camera.given)
 
     def opened(progress: Callable[[float], None]) -> viewer.Opened:
-        few = stores.sample_meanwhile(args, name)
-        if few is None:
+        coarse = stores.sample_meanwhile(drawn)
+        if coarse is None:
             return whole(progress)
-        scene = options.scene_over(args, few)
-        return viewer.Opened(few, scene.camera, scene.sun, key, asked, rest=whole)
+        scene = scene_over(drawn, coarse)
+        return viewer.Opened(coarse, scene.camera, scene.frame.sun, key, is_asked, rest=whole)
 
     def whole(progress: Callable[[float], None]) -> viewer.Opened:
-        scene, offer = options.open_scene_or_sample(args, name, progress)
-        laid = overlays.of(args, scene.heightmap)
-        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, laid, offer)
+        scene, offer = open_scene_or_sample(drawn, progress)
+        laid = overlays.of(drawn.laid, scene.heightmap)
+        return viewer.Opened(scene.heightmap, scene.camera, scene.frame.sun, key, is_asked, laid, offer)
 
-    asked_for = options.render_options(args)
-    given = {key: value for key, value in asked_for.items() if value is not None and key != "sun"}
+    names = {*asked.given, "material", "drape"} - {"sun"}
+    given = {name: value for name in names if (value := getattr(drawn.frame, name)) is not None}
     title = known.name if known else os.path.basename(name)
-    window = {"size": args.size, "backend": args.backend, "fresh": args.fresh, "panel": False if args.plain else None}
-    window |= {"ui_scale": args.ui_scale, "lecture": args.lecture}
-    stats = viewer.run(opened, name=title, line_of=command_line, **window, **given)
-    report.write_json(args.json, {"map": name} | stats)
+    panel = False if asked.plain else None
+    window: dict[str, Any] = {name: getattr(asked, name) for name in ("size", "fresh", "ui_scale", "lecture")}
+    stats = viewer.run(opened, name=title, backend=backend, panel=panel, line_of=command_line, **window, **given)
+    report.write_json(asked.output.json, {"map": name} | stats)
     return 0

@@ -3,15 +3,16 @@
 import filecmp
 import json
 import os
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from functools import cache
-from typing import Any
 
 from ..basics.exceptions import TerrainError
 from ..basics.resources import folder
 from ..camera import Camera, Vector
 from ..heightmap import Heightmap
-from ..readers import files_of
+from ..readers import Reading, files_of
+from ..readers.raster import Spacing
 
 SCALES = ("spacing_m", "z_scale", "z_offset_m")
 
@@ -30,6 +31,12 @@ class BundledMap:
     fov_deg: float
     sun: tuple[float, float]  # azimuth and elevation, degrees
     look: str
+
+    def read_as(self, reading: Reading) -> Reading:
+        """The reading, with this map's scales where none is given."""
+        z_scale = self.z_scale if reading.z_scale is None else reading.z_scale
+        z_offset_m = self.z_offset_m if reading.z_offset_m is None else reading.z_offset_m
+        return replace(reading, z_scale=z_scale, z_offset_m=z_offset_m)
 
     @property
     def camera(self) -> Camera:
@@ -69,22 +76,29 @@ def files_read(name_or_path: str) -> list[str]:
     return files_of(known.path if known else name_or_path)
 
 
-def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:
+def open_map(
+    name_or_path: str,
+    reading: Reading | None = None,
+    spacing_m: float | Spacing | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Heightmap, BundledMap | None]:
     """Open a bundled map or a file. The second result is the bundled map; None for a file, or if options set scales.
 
     Parameters
     ----------
-    options
-        Arguments of `Heightmap.open`; None counts as not given.
+    reading, spacing_m, progress
+        As for `Heightmap.open`. A bundled map has its own scales, unless they are given.
     """
     known = find_bundled(name_or_path)
-    given = {key: value for key, value in options.items() if value is not None}
-    own = {key: getattr(known, key) for key in SCALES} if known else {}
-    heightmap = Heightmap.open(known.path if known else name_or_path, **own | given)
+    reading = reading or Reading()
+    is_told = reading.is_told or spacing_m is not None
+    if known:
+        reading, spacing_m = known.read_as(reading), known.spacing_m if spacing_m is None else spacing_m
+    heightmap = Heightmap.open(known.path if known else name_or_path, spacing_m, progress=progress, **asdict(reading))
     if known:
         heightmap.name = known.name
         heightmap.look = known.look
-    return heightmap, None if given.keys() & set(SCALES) else known
+    return heightmap, None if is_told else known
 
 
 def _same_file(known: str, path: str) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypedDict
 
 from ..basics.exceptions import UsageError
 from ..camera import Camera
@@ -90,6 +90,38 @@ def near_plane_m(heightmap: Heightmap, near_m: float | None = None, camera: Came
 LEAST_EXAGGERATION = 0.01
 MOST_EXAGGERATION = 100.0
 LOOSEST_PX = 1e6  # tolerances are smaller
+
+
+class RenderOptions(TypedDict, total=False):
+    """The keywords of `Renderer.render` and all others that draw, with their types; `FrameOptions` explains them."""
+
+    max_error_px: float | None
+    triangles: int | None
+    parameters: Parameters | None
+    metric: str
+    method: str
+    style: str
+    look: str
+    sun: tuple[float, float]
+    sky: str | None
+    material: str | None
+    drape: str | None
+    ramp: str
+    ramp_range: tuple[float, float] | None
+    water_m: float | None
+    voids: str
+    surroundings: str
+    grain: str
+    contour_m: float | None
+    error_scale_px: float | None
+    exaggeration: float
+    curvature: str
+    refraction: float | None
+    near_m: float | None
+    occlusion: str
+    cull: bool
+    wires: bool
+    chosen_for: Camera | None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from ..camera import Camera
 from ..files.maps import find_bundled, open_map
 from ..files.views import standard_view
 from ..heightmap import Heightmap
-from ..readers import Spacing
+from ..readers import Reading, Spacing
 from ..renderer.overlay import read_overlay
 from .advice import OF_FILES, in_python
 
@@ -62,7 +62,7 @@ def show(
     """
     of_file = {name: options.pop(name) for name in OF_FILES.values() if name in options}
     try:
-        heightmap = _opened(source, {"spacing_m": spacing_m} | of_file)
+        heightmap = _opened(source, spacing_m, of_file)
         for note in heightmap.notes:
             print(f"terrain-gl: note: {in_python(note)}", file=sys.stderr)
         known = find_bundled(os.fspath(source)) if isinstance(source, str | os.PathLike) else None
@@ -82,12 +82,12 @@ def show(
         raise type(error)(in_python(str(error))) from None
 
 
-def _opened(source: Any, of_file: dict[str, Any]) -> Heightmap:
+def _opened(source: Any, spacing_m: float | Spacing | None, of_file: dict[str, Any]) -> Heightmap:
     if isinstance(source, str | os.PathLike):
-        return open_map(os.fspath(source), **of_file)[0]
-    if len(of_file) > 1:
-        raise UsageError(f"{', '.join(set(of_file) - {'spacing_m'})}: only for a path, not for {type(source).__name__}")
-    return Heightmap.of(source, **of_file)
+        return open_map(os.fspath(source), Reading(**of_file), spacing_m)[0]
+    if of_file:
+        raise UsageError(f"{', '.join(of_file)}: only for a path, not for {type(source).__name__}")
+    return Heightmap.of(source, spacing_m)
 
 
 def _in_notebook() -> bool:
