@@ -2,8 +2,8 @@
 //   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to
 //   it. Level 0 has the cells of the map; level u_top_level has one node over the whole map (of a store, maybe more).
 //   Heights are metres above the terrain's base; voids are filled from their rim.
-// Provides height_m(), marks_at(), is_hole(), twist_m(), node_index(), sorted_range(), range_has_voids(), unpack_range(),
-// class_limit_m(), class_of_octave(), tile_log2().   Python twins: gpu.layout.TERRAIN, reference.twists, reference.class_limits
+// Provides height_m(), marks_at(), is_hole(), twist_m(), node_index(), unpack_range(), class_limit_m(),
+// class_of_octave(), tile_log2().   Python twins: gpu.layout.TERRAIN, reference.twists, reference.class_limits
 
 struct Level {
     ivec2 size;         // nodes, columns and rows
@@ -82,13 +82,9 @@ float twist_m(ivec2 cell) {
 
 // Lowest and highest height of a node, from a word of pack_range() (error/nodes.glsl): 16 bits each, the lowest low.
 // In a node with voids, the two are exchanged. pack_range() makes them differ, so this needs no bit.
-uint sorted_range(uint range) {
-    return min(range & 0xffffu, range >> 16) | max(range & 0xffffu, range >> 16) << 16;
-}
-bool range_has_voids(uint range) { return (range & 0xffffu) > range >> 16; }
 vec2 unpack_range(uint range) {
-    uint heights = sorted_range(range);
-    return vec2(heights & 0xffffu, heights >> 16) / 65535.0 * u_span_m + u_low_m;
+    vec2 ends = vec2(range & 0xffffu, range >> 16);
+    return vec2(min(ends.x, ends.y), max(ends.x, ends.y)) / 65535.0 * u_span_m + u_low_m;
 }
 
 // --- Error classes: docs/guarantee.md, section 3 ---

@@ -15,6 +15,9 @@ layout(std430, binding = 4) buffer Ranges { uint range[]; };
 // Values of a node's parts that go into its own record: squared errors, range of heights, errors as fans, gains.
 struct Parts { float squares_m2, gain; uint heights, max_m, rms_m; };
 
+// The word without the exchange that marks voids (blocks/terrain.glsl).
+uint sorted_range(uint range) { return max(range, range << 16 | range >> 16); }
+
 uint nest_range(uint a, uint b) { return min(a & 0xffffu, b & 0xffffu) | max(a >> 16, b >> 16) << 16; }
 
 // Positive half floats compare like integers. The fan's value is in the high half.

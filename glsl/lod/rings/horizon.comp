@@ -19,7 +19,8 @@ float lowest_of_box_m(vec2 low, vec2 high) {
     for (int i = 0; i < 4; i++) {
         ivec2 at = ivec2((i & 1) == 0 ? first.x : end.x, (i & 2) == 0 ? first.y : end.y);
         uint word = range[range_index(level, at)];
-        lowest_m = min(lowest_m, range_has_voids(word) ? -NEVER : unpack_range(word).x);
+        bool has_voids = (word & 0xffffu) > word >> 16;
+        lowest_m = min(lowest_m, has_voids ? -NEVER : unpack_range(word).x);
     }
     return lowest_m;
 }
