@@ -52,6 +52,21 @@ def test_golden(ctx, renderers, regenerate, tmp_path, name, style):
     camera = Camera(view["eye"], view["target"], view["fov"])
     tolerance_px = 1.0 if style == "shaded" else 2.0
     pixels = renderers(name).render(camera, tolerance_px, style=style, sun=view["sun"]).image[..., :3]
+    compare(pixels, path, regenerate, tmp_path)
+
+
+def test_golden_water(ctx, renderers, regenerate, tmp_path):
+    """Land that is drowned up to 700 m: the sea around the map and the water over the land are one surface."""
+    if "llvmpipe" not in ctx.info["GL_RENDERER"]:
+        pytest.skip(f"golden pictures are llvmpipe's, this is {ctx.info['GL_RENDERER']}")
+    view = MAPS["alpine-30m"]["view"]
+    camera = Camera(view["eye"], view["target"], view["fov"])
+    pixels = renderers("alpine-30m").render(camera, water_m=700.0, sun=view["sun"]).image[..., :3]
+    compare(pixels, GOLDEN / "alpine-30m_water.png", regenerate, tmp_path)
+
+
+def compare(pixels, path, regenerate, tmp_path):
+    """Compare a picture with a golden one, or write it."""
     if regenerate:
         write_png(path, pixels)
         return

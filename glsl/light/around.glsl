@@ -6,6 +6,7 @@
 
 #include "shade/edge.glsl"
 #include "light/lit.glsl"
+#include "light/water.glsl"
 #include "light/shown.glsl"
 
 uniform bool u_edge_is_sea;
@@ -39,6 +40,7 @@ vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
 }
 
 vec3 plain_light(vec2 at_m, vec3 towards_eye) {
+    if (WATER_LEVEL == 1) return water_light(post_at(at_m), towards_eye, 0.0, vec3(0.0), 0.0);
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
     float away_m = length(max(max(low - at_m, at_m - high), 0.0));
     float high_m = max(0.5 * u_span_m, 0.01 * (high.x - low.x));
@@ -67,6 +69,12 @@ float plain_cover(float distance_m) {
     return max(smoothstep(0.7, 6.0, distance_m / u_haze_m), smoothstep(0.2, 1.0, towards_limb));
 }
 
+// Light of the plain or of water, as it is seen through the air. It fades into the sky, so there is no line at the
+// horizon.
+vec3 seen_afar(vec3 light, vec3 direction, float distance_m) {
+    return mix(hazed(light, direction, distance_m), low_sky(direction), plain_cover(distance_m));
+}
+
 #if EDGE > 0 && PIXELS == OPEN
 vec3 sky_colour(Ray ray) { return tone_mapped(u_exposure * open_sky(ray.along)); }
 #elif EDGE > 0
@@ -80,8 +88,6 @@ vec3 sky_colour(Ray ray) {
     vec3 at_m = ray.start + ray.along * depth;
     float up_m = at_m.z + drop_m(at_m.xy) + u_eye_z_m + u_eye_z_rest_m;
     vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(at_m.xy, -direction);
-    light = hazed(light, direction, distance_m);
-    // the plain fades into the sky, so there is no line at the horizon
-    return tone_mapped(u_exposure * mix(light, low_sky(direction), plain_cover(distance_m)));
+    return tone_mapped(u_exposure * seen_afar(light, direction, distance_m));
 }
 #endif

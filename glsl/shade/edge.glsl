@@ -6,7 +6,7 @@
 //                 `-._       ____/‾‾\__ /         meets the wall there; a ray that reaches the
 //   ____________________`-._|__________|_______  u_edge_m     plain first meets the plain
 //
-// Provides EDGE, Ray, wall_normal(), surroundings_at(), wall_depth(), plain_depth(), rim_m_at().
+// Provides EDGE, Ray, plane_depth(), under_rim_depth(), wall_normal(), surroundings_at(), wall_depth(), plain_depth(), rim_m_at().
 
 #include "blocks/view.glsl"
 
@@ -20,16 +20,18 @@ struct Ray {
 
 uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
 
-// The view depth t at which a ray meets the plain; negative if it does not.
+// The view depth t at which a ray meets a level plane from above; negative if it does not.
 // The ray's component along the view is 1.
-// The plain has the drop of the land, so t is the smaller solution of
-//   u_bend_per_m (x² + y²) t² + z t = u_edge_m - eye.
+// The plane has the drop of the land, so t is the smaller solution of
+//   u_bend_per_m (x² + y²) t² + z t = height_m - eye.
 // For parallel rays the ground is flat.
-float plain_depth(Ray seen) {
+float plane_depth(Ray seen, float height_m) {
     vec3 ray = seen.along;
-    float down_m = up_from_eye_m(u_edge_m) - seen.start.z, inside = ray.z * ray.z + 4.0 * drop_m(ray.xy) * down_m;
+    float down_m = up_from_eye_m(height_m) - seen.start.z, inside = ray.z * ray.z + 4.0 * drop_m(ray.xy) * down_m;
     return down_m < 0.0 && ray.z < 0.0 && inside >= 0.0 ? 2.0 * down_m / (ray.z - sqrt(inside)) : -1.0;
 }
+
+float plain_depth(Ray ray) { return plane_depth(ray, u_edge_m); }
 
 // From metres relative to the eye to a place on the map; corner_m is the south-western post.
 vec2 rim_place(vec2 at_m, vec2 corner_m) {
@@ -44,8 +46,7 @@ float rim_m_at(vec2 place) {
         mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x), t.y);
 }
 
-// The view depth at which a ray from outside enters the map's rectangle;
-// negative if it does not, or if it meets the plain first.
+// The view depth at which a ray from outside enters the map's rectangle; negative if it does not.
 float entry_depth(Ray seen) {
     vec3 ray = seen.along;
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)) - seen.start.xy;
@@ -53,17 +54,24 @@ float entry_depth(Ray seen) {
     if (all(lessThan(low, vec2(0.0))) && all(greaterThan(high, vec2(0.0)))) return -1.0;
     vec2 along = mix(ray.xy, vec2(1e-12), lessThan(abs(ray.xy), vec2(1e-12)));
     vec2 a = low / along, b = high / along, first = min(a, b), last = max(a, b);
-    float near = max(first.x, first.y), plain = plain_depth(seen);
-    return near > 0.0 && near < min(last.x, last.y) && !(plain > 0.0 && plain < near) ? near : -1.0;
+    float near = max(first.x, first.y);
+    return near > 0.0 && near < min(last.x, last.y) ? near : -1.0;
 }
 
-// The view depth at which a ray meets the wall below the rim, negative if it does not; and the place on the rim there.
-float wall_depth(Ray ray, out vec2 place) {
+// The view depth at which a ray enters the map's rectangle below the rim, negative if it does not; and the place on the
+// rim there.
+float under_rim_depth(Ray ray, out vec2 place) {
     float entry = entry_depth(ray);
     vec3 at_m = ray.start + entry * ray.along;
     place = rim_place(at_m.xy, post_from_eye_m(ivec2(0, u_last_post.y)));
     float rim_m = up_from_eye_m(rim_m_at(place)) - drop_m(at_m.xy);
     return EDGE == 2 && entry > 0.0 && at_m.z < rim_m ? entry : -1.0;
+}
+
+// The same for a ray that meets the wall there, and not the plain before.
+float wall_depth(Ray ray, out vec2 place) {
+    float wall = under_rim_depth(ray, place), plain = plain_depth(ray);
+    return plain > 0.0 && plain < wall ? -1.0 : wall;
 }
 
 vec3 wall_normal(vec2 place) {

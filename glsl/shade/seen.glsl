@@ -52,13 +52,13 @@ Ray view_ray(vec2 offset_px) {
     return ray;
 }
 
-int g_hidden = 0;  // samples, as bits, that see a wall of the map's block, and not the land behind it
+int g_hidden = 0;  // samples, as bits, whose rays enter the map's block below its rim: they see no land
 
 // Sets g_hidden. Call it before post_of_sample().
 void find_hidden() {
 #if EDGE == 2 && PIXELS != NEAR
     vec2 place;
-    for (int i = 0; i < SAMPLES; i++) g_hidden |= int(wall_depth(ray_at(offset_of_sample(i)), place) > 0.0) << i;
+    for (int i = 0; i < SAMPLES; i++) g_hidden |= int(under_rim_depth(ray_at(offset_of_sample(i)), place) > 0.0) << i;
 #endif
 }
 
@@ -73,11 +73,16 @@ vec3 place_of_sample_m(int i, float depth) {
     return ray.start + ray.along * view_depth_m(depth);
 }
 
+// Column and row of a place, given in metres from the eye.
+vec2 post_at(vec2 at_m) {
+    vec2 from_post_m = at_m + u_eye_offset_m;
+    return vec2(u_eye_post) + vec2(from_post_m.x, -from_post_m.y) / u_spacing_m;
+}
+
 // Column and row of the place on the map; negative for the sky, and for the surroundings of the map.
 vec2 post_of_sample(int i) {
     float depth = texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
-    vec2 from_eye_m = place_of_sample_m(i, depth).xy + u_eye_offset_m;
-    vec2 post = vec2(u_eye_post) + vec2(from_eye_m.x, -from_eye_m.y) / u_spacing_m;
+    vec2 post = post_at(place_of_sample_m(i, depth).xy);
     bool is_land = depth > 0.0 && (g_hidden >> i & 1) == 0;
     return is_land ? clamp(post, vec2(0.0), vec2(u_last_post)) : vec2(-1.0);
 }

@@ -5,16 +5,16 @@
 #include "light/shown.glsl"
 #include "light/around.glsl"
 
-#ifndef WATER_LEVEL
-#define WATER_LEVEL 1  // 0 without water: its code is then left out
-#endif
-
 vec3 ground_colour(Ground g, int sample_) {
-    Lit l = lit_ground(g);
-    vec3 light = outgoing_light(g.towards_eye, l);
-    float distance_m = g.distance_m;
-    if (WATER_LEVEL == 1 && is_under_water(g)) light = water_light(g, l, light, distance_m);
-    return land_colour(g, light, distance_m);
+    vec3 light = outgoing_light(g.towards_eye, lit_ground(g));
+    Ray ray = ray_at(offset_of(g.samples));
+    if (WATER_LEVEL == 0 || g.fine.height_m >= u_water_m || water_depth(ray) < 0.0)
+        return land_colour(g, light, g.distance_m);
+    vec3 at_m = ray.start + ray.along * water_depth(ray);
+    Ray seen = view_ray(offset_of(g.samples));
+    float way_m = is_orthographic() ? 0.0 : length(at_m);
+    light = water_light(post_at(at_m.xy), -seen.along, u_water_m - g.fine.height_m, light, bed_seen(g.post));
+    return tone_mapped(u_exposure * seen_afar(light, seen.along, way_m));
 }
 
 vec4 colour_of_pixel() { return shown(pixel_colour()); }
