@@ -47,7 +47,8 @@ float bed_seen(vec2 post) {
     return smoothstep(0.0, 1.0, min(off_m.x, off_m.y) / (BED_FADES * min(size_m.x, size_m.y)));
 }
 
-// Radiance towards the eye from a place on the water, in posts. The bed is below_m deeper; a share of its light is seen.
+// Radiance towards the eye from a place on the water, in posts.
+// The bed is below_m deeper; a share of its light is seen.
 vec3 water_light(vec2 post, vec3 towards_eye, float below_m, vec3 bed_light, float share) {
     float slant = max(towards_eye.z, 1e-4), sun_seen = sun_on_water(post);
     vec3 from_above = u_sun.amplitude * (u_sun.integral / PI * max(u_sun.axis.z, 0.0) * sun_seen);

@@ -6,7 +6,8 @@
 //                 `-._       ____/‾‾\__ /         meets the wall there; a ray that reaches the
 //   ____________________`-._|__________|_______  u_edge_m     plain first meets the plain
 //
-// Provides EDGE, Ray, plane_depth(), under_rim_depth(), wall_normal(), surroundings_at(), wall_depth(), plain_depth(), rim_m_at().
+// Provides EDGE, Ray, plane_depth(), under_rim_depth(), wall_normal(), surroundings_at(), wall_depth(),
+// plain_depth(), rim_m_at().
 
 #include "blocks/view.glsl"
 
