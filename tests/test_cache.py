@@ -68,7 +68,7 @@ def test_what_a_store_lacks_is_drawn_from_memory_and_said(run, option):
 
 def test_the_mesh_of_a_large_raster_is_that_of_its_store_if_its_tiles_have_room(run):
     np.save("dem.npy", rough(300, 400))
-    mesh = ("mesh", "dem.npy", "-o", "m.ply", "--spacing", "5", "--max-error-m", "0.5", "--json", "-")
+    mesh = ("mesh", "dem.npy", "-o", "m.ply", "--spacing", "5", "--max-error-m", "0.5", "--between", "--json", "-")
     status, out, told = run(*mesh)
     stored = json.loads(out)
     assert status == 0 and "drawn from a store" in told

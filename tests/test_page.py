@@ -74,8 +74,8 @@ def test_the_command(tmp_path):
     assert done.returncode == 0 and ", within" in done.stdout, done
     text, data = parts_of(tmp_path / "land.html")
     assert (tmp_path / "land.html").stat().st_size < 3e6 and [*tmp_path.glob("*.png")] == []
-    bound = re.search(r"within ([\d.e+-]+) m", done.stdout)[1]
-    assert f"nowhere more than {bound} m" in text
+    at_posts, between = re.search(r"within ([\d.e+-]+) m at posts, ([\d.e+-]+) m between", done.stdout).groups()
+    assert f"at most {at_posts} m above or below the map's posts, {between} m between them" in text
     assert len(numbers(data["faces"], "<u4")) % 3 == 0
 
 

@@ -112,7 +112,7 @@ def test_water_is_a_level_sea(run, folder, ending):
         up = np.array(
             [line.split()[3] for line in Path("sea.obj").read_text().splitlines() if line.startswith("v ")], float
         )
-        assert up.min() == 0 and up.max() == pytest.approx(260)
+        assert up.min() == 0 and up.max() == pytest.approx(260, abs=1)  # the peak need not be a vertex
 
 
 def test_water_below_the_land_gets_a_line(run, folder):

@@ -173,3 +173,11 @@ def test_more_triangles_than_a_capture_holds_are_refused():
     board = np.indices((193, 193)).sum(0) % 2 * 9.0
     with Renderer(Heightmap(board), (16, 16)) as renderer, pytest.raises(TerrainError, match="allow a larger error"):
         renderer.inspector.triangulate(0.01)
+
+
+def test_cells_are_cut_only_so_finely_and_the_bound_says_so():
+    board = np.indices((9, 9)).sum(0) % 2 * 900.0
+    with Renderer(Heightmap(board), (16, 16)) as renderer:
+        triangles, stats = renderer.inspector.triangulate(0.04)
+        achieved = between_m(triangles, board.astype("f4"), np.random.default_rng(1))
+    assert stats["requested_max_error_m"] < 0.1 < achieved <= stats["certified_max_error_m"] < 9

@@ -40,7 +40,8 @@ class Mesh:
     place: Place | None = None  # where the map lies; it is recorded in the file
     # the map seen from straight above, half a cell beyond the outermost posts: a PNG file, or for a page a JPEG file
     texture: bytes | None = None
-    within_m: float | None = None  # certified largest error of height; None for the mesh of a view, which has no bound
+    within_m: float | None = None  # certified largest error of height, between posts, too; None if there is no bound
+    error_m: tuple[float, float] | None = None  # checked largest error of height, at posts and over the surface
     print_mm: float = PRINT_MM  # longer side of the map in a format for printing
     bottom_m: float | None = None  # height of such a solid's base; None for `BASE` below its lowest place
     vertices_m: np.ndarray | None = None  # (n,) heights of the vertices; None if they are the map's at their places

@@ -38,6 +38,10 @@ def land_page(mesh: Mesh, name: str) -> Iterator[bytes]:
     bound = f"{len(mesh.faces):,} triangles"
     if mesh.within_m is not None:
         bound += f", nowhere more than {mesh.within_m:.3g} m above or below the map"
+    if mesh.error_m is not None:
+        bound += (
+            f", at most {mesh.error_m[0]:.3g} m above or below the map's posts, {mesh.error_m[1]:.3g} m between them"
+        )
     parts = {
         "title": html.escape(name),
         "bound": bound,
