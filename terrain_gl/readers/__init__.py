@@ -14,11 +14,12 @@ from functools import partial
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.basics.inputs import check_input, is_store
-from terrain_gl.readers.archives import open_gzip, open_zip
+from terrain_gl.readers.archives import encoding_of, open_gzip, open_text, open_zip
 from terrain_gl.readers.arrays import RAW_ENDINGS, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
 from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
+from terrain_gl.readers.refusals import step_for_folder
 from terrain_gl.readers.tiles import placed_by_name
 from terrain_gl.readers.values import AS_STORED, Reading
 from terrain_gl.readers.vrt import VRT, sources_of
@@ -45,6 +46,8 @@ def open_raster(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> R
         return open_zip(path, name, partial(_unpacked, reading=reading))
     if head.startswith(_GZIP):
         return open_gzip(path, name, partial(_unpacked, reading=reading))
+    if encoding := encoding_of(path, head):
+        return open_text(path, name, encoding, partial(_unpacked, reading=reading))
     return _opened(path, name, head, reading)
 
 
@@ -52,13 +55,20 @@ def has_windows(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> b
     """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files."""
     path = os.fspath(path)
     head = _first_bytes(path)
-    return has_rasterio() and not head.startswith((_ZIP, _GZIP)) and _kind(path, head, reading) == "gdal"
+    return (
+        has_rasterio()
+        and not head.startswith((_ZIP, _GZIP))
+        and not encoding_of(path, head)
+        and _kind(path, head, reading) == "gdal"
+    )
 
 
 def _unpacked(path: str, reading: Reading) -> Raster:
     head = _first_bytes(path)
     if head.startswith((_ZIP, _GZIP)):  # some archives contain themselves
         raise TerrainError(f"{path}: is an archive in an archive: unpack it first")
+    if encoding := encoding_of(path, head):
+        return open_text(path, path, encoding, partial(_unpacked, reading=reading))
     return _opened(path, path, head, reading)
 
 
@@ -86,6 +96,8 @@ def _first_bytes(path: str) -> bytes:
     """Read the bytes by which the kind of a regular file is recognised."""
     if is_store(path):
         raise TerrainError(f"{path}: is a store, not a file: open it with terrain_gl.store.StoredMap")
+    if os.path.isdir(path):
+        raise TerrainError(step_for_folder(path, os.fsencode(path).decode("utf-8", "replace")))
     name = check_input(path, "name a heightmap file")
     try:
         with open(path, "rb") as file:

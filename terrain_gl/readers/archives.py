@@ -1,5 +1,6 @@
 """Maps inside .zip and .gz files: unpacked to a temporary folder, which is removed after reading."""
 
+import codecs
 import gzip
 import os
 import shutil
@@ -12,6 +13,7 @@ from typing import IO
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.raster import Raster, one_line, read_within
+from terrain_gl.readers.refusals import step_for_archive
 
 MOST_BYTES = 1 << 32  # most bytes of the unpacked files
 MAPS = (
@@ -19,6 +21,7 @@ MAPS = (
     *(".dem", ".dt0", ".dt1", ".dt2", ".pgm", ".r16", ".raw", ".xyz", ".vrt"),
     *(".webp", ".gif", ".jxl", ".sgi", ".tga", ".bmp", ".jp2", ".jpg"),
 )
+TEXTS = (".asc", ".txt", ".xyz", ".csv", ".grd")
 Opener = Callable[[str], Raster]
 
 
@@ -43,7 +46,7 @@ def open_zip(path: str, name: str, opener: Opener) -> Raster:
             members = [member for member in archive.namelist() if not member.startswith("__MACOSX")]
             maps = [member for member in members if member.lower().endswith(MAPS)]
             if len(maps) != 1:
-                raise TerrainError(f"{name}: holds {len(maps)} maps, not one: unpack it, and name a file of it")
+                raise TerrainError(step_for_archive(name, members, maps))
             inner = maps[0]
             within = os.path.dirname(inner)
             for member in archive.infolist():
@@ -55,6 +58,43 @@ def open_zip(path: str, name: str, opener: Opener) -> Raster:
     return _unpacked(name, unpack, opener)
 
 
+def encoding_of(path: str, head: bytes) -> str | None:
+    """The encoding of a text that begins with a byte order mark, or of UTF-16 without one; None for other files."""
+    if not path.lower().endswith(TEXTS):  # the first numbers of a binary file may look like a mark
+        return None
+    for mark, encoding in (
+        (codecs.BOM_UTF8, "utf-8-sig"),
+        (codecs.BOM_UTF16_LE, "utf-16"),
+        (codecs.BOM_UTF16_BE, "utf-16"),
+    ):
+        if head.startswith(mark):
+            return encoding
+    letters = head[:16]
+    for encoding, zeros, others in (
+        ("utf-16-le", letters[1::2], letters[::2]),
+        ("utf-16-be", letters[::2], letters[1::2]),
+    ):
+        if len(letters) == 16 and not any(zeros) and all(9 <= letter < 127 for letter in others):
+            return encoding
+    return None
+
+
+def open_text(path: str, name: str, encoding: str, opener: Opener) -> Raster:
+    """Open a grid of text in this encoding, together with its .prj, as ASCII, which GDAL reads."""
+
+    def unpack(folder: str) -> str:
+        inner = os.path.basename(path)
+        with open(path, encoding=encoding) as text, open(os.path.join(folder, inner), "w", encoding="ascii") as file:
+            while piece := text.read(1 << 20):
+                file.write(piece)
+        for beside in (os.path.splitext(path)[0] + ".prj", path + ".aux.xml"):
+            if os.path.isfile(beside) and not os.path.islink(beside):
+                shutil.copy(beside, folder)
+        return inner
+
+    return _unpacked(name, unpack, opener)
+
+
 def _unpacked(name: str, unpack: Callable[[str], str], opener: Opener) -> Raster:
     folder = tempfile.TemporaryDirectory(prefix="terrain-gl-")
     try:
@@ -62,7 +102,15 @@ def _unpacked(name: str, unpack: Callable[[str], str], opener: Opener) -> Raster
     except TerrainError as error:
         folder.cleanup()
         raise TerrainError(str(error).replace(folder.name, name)) from None
-    except (OSError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile, NotImplementedError) as error:
+    except (
+        OSError,
+        EOFError,
+        RuntimeError,
+        UnicodeError,
+        zlib.error,
+        zipfile.BadZipFile,
+        NotImplementedError,
+    ) as error:
         folder.cleanup()
         raise TerrainError(f"{name}: does not unpack ({one_line(error)}): unpack it first") from None
     return replace(raster, name=name, blocks=read_within(folder, raster.blocks))

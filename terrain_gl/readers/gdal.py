@@ -38,6 +38,7 @@ from terrain_gl.readers.raster import (
     rows_at_once,
     utf8,
 )
+from terrain_gl.readers.refusals import step_for
 from terrain_gl.readers.units import meaning_of
 from terrain_gl.readers.vrt import VRT, safe_mosaic
 
@@ -88,6 +89,8 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
         rasterio is missing, no allowed driver reads the file, or it holds no map.
     """
     if not has_rasterio():
+        if refusal := step_for(path, name, _head(path)):
+            raise TerrainError(refusal)
         others = "is not PNG, TIFF, EXR, HDR, NPY or HGT: if it is another kind that GDAL reads"
         raise TerrainError(f"{name}: {others}, {INSTALL_GEO}")
     try:
@@ -97,11 +100,18 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
             blocks = read_within(data, _gdal_blocks(data, name, bands, partial(_environment, trusted)))
             return _raster(data, name, bands, blocks)
     except gdal_failures() as error:
+        if refusal := step_for(path, name, _head(path), str(error)):
+            raise TerrainError(refusal) from None
         unknown = "not recognized" in str(error)
         reason = "not a format that is read here" if unknown else one_line(error)
         advice = f"; {TRUST}" if unknown and not trusted else ""
         kinds = "give PNG, TIFF, EXR, HDR, NPY, HGT"
         raise TerrainError(f"{name}: is not a readable heightmap ({reason}): {kinds}{advice}") from None
+
+
+def _head(path: str) -> bytes:
+    with open(path, "rb") as file:
+        return file.read(512)
 
 
 def open_dataset(data: Any, name: str) -> Raster:

@@ -81,6 +81,13 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
     # attributes describe the values as they are stored (CF conventions)
     nodata = array.attrs.get("_FillValue", array.attrs.get("missing_value"))
     scale, offset = (float(array.attrs.get(key, usual)) for key, usual in (("scale_factor", 1), ("add_offset", 0)))
+    notes = meaning.notes
+    if grid.tells_nothing and any(
+        each.ndim == 2 and set(each.dims) == {across, down} for each in array.coords.values()
+    ):
+        notes += (
+            "its coordinates are curvilinear: for a grid of posts, write netCDF and gdalwarp -geoloc (--spacing)",
+        )
     raster = Raster(
         name,
         (rows, cols, 1),
@@ -88,7 +95,7 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
         nodata=None if nodata is None else float(np.ravel(nodata)[0]),
         scale=scale * meaning.metres,
         offset_m=offset * meaning.metres,
-        notes=meaning.notes,
+        notes=notes,
         meaning=meaning,
     )
     return array, at_place(raster, place)

@@ -13,6 +13,7 @@ from ..heightmap import Heightmap
 from ..readers.geodesy import flat_crs
 from ..readers.georeference import DEGREES
 from ..readers.place import to_degrees
+from ..readers.refusals import step_for
 from . import tracks
 
 MAX_BYTES = 1 << 28  # largest file
@@ -88,7 +89,7 @@ def _read(name: str) -> tuple[Any, Any]:
     except OSError as error:
         raise TerrainError(f"{name}: cannot be read: {error.strerror}") from None
     try:
-        text = tracks.unpacked(text, MAX_BYTES)
+        text = tracks.unpacked(text, name, MAX_BYTES)
         if track := tracks.track_in(text):
             return track, DEGREES
     except (ValueError, RecursionError) as error:
@@ -96,6 +97,9 @@ def _read(name: str) -> tuple[Any, Any]:
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
+        step = None if text.lstrip().startswith((b"{", b"[")) else step_for(name, name, text[:512])
+        if step and "--overlay:" in step:
+            raise TerrainError(step) from None
         advice = f"convert it with ogr2ogr or gpsbabel ({_words(error)})"
         raise TerrainError(f"{name}: is no GeoJSON, and no {tracks.FORMATS}: {advice}") from None
     return content, _crs_of(content)
@@ -178,5 +182,9 @@ def _to_crs(x: np.ndarray, y: np.ndarray, crs: Any, own: str | None) -> tuple[np
     except pyproj.exceptions.ProjError as error:
         raise TerrainError(f"cannot be converted to map coordinates: {_words(error)}") from None
     if not np.isfinite(turned).all():
+        most = float(np.abs(x).max()), float(np.abs(y).max())
+        if crs == DEGREES and (most[0] > 720 or most[1] > 90):
+            own_system = 'if they are in the map\'s own system, give GeoJSON the member "crs": null'
+            raise TerrainError(f"coordinates up to {most[0]:.9g}, {most[1]:.9g} are no degrees: {own_system}")
         raise TerrainError("some coordinates have no place in the map's coordinate system")
     return turned[0], turned[1]

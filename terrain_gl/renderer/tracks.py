@@ -27,7 +27,7 @@ class _NoDoctype(ElementTree.TreeBuilder):
         raise ValueError("it has a DOCTYPE, which is not read: remove it")
 
 
-def unpacked(content: bytes, most_bytes: int) -> bytes:
+def unpacked(content: bytes, name: str, most_bytes: int) -> bytes:
     """The content of a .gz, or the first overlay in a .zip (in a KMZ, its main document); other content as it is.
 
     A ValueError says that there is no overlay, that it cannot be unpacked, or that it is larger than `most_bytes`.
@@ -42,7 +42,10 @@ def unpacked(content: bytes, most_bytes: int) -> bytes:
             archive = zipfile.ZipFile(io.BytesIO(content))
             member = next((each for each in archive.infolist() if each.filename.lower().endswith(_ENDINGS)), None)
             if member is None:
-                raise ValueError("is a .zip without a .kml or a .gpx: unpack it, and name a file of it")
+                if any(each.lower().endswith(".shp") for each in archive.namelist()):
+                    step = f"ogr2ogr -f GeoJSON {name.rpartition('.')[0]}.geojson /vsizip/{name}"
+                    raise ValueError(f"is a zipped shapefile: {step}")
+                raise ValueError("is a .zip without a .kml, a .gpx or a .geojson: unpack it, and name a file of it")
             what = member.filename[:40]
             packed = archive.open(member)
         with packed:
