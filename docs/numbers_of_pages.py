@@ -1,0 +1,366 @@
+"""Write the numbers of the pages again, each from the program of today.
+
+    python docs/numbers_of_pages.py [--page PAGE] [--table NAME] [--maps FOLDER]
+
+A page has a block for each table:
+
+    <!-- numbers: NAME -->
+    ...
+    <!-- end of numbers: the command, commit, date, driver -->
+
+`TABLES` has a function for the rows of each table. With `--maps`, a folder of the real maps of maps.md, rows of real
+maps are measured again; if a map is missing, its rows stay as they are. `tests/test_numbers.py` measures some rows of
+each table and compares them with the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import terrain_gl as tg
+from terrain_gl.comparison import compare, curves
+from terrain_gl.files.generate import Land, generate
+from terrain_gl.files.maps import bundled, open_map
+from terrain_gl.files.views import standard_view
+
+DOCS = Path(__file__).parent
+SIZE, SMALL = (1280, 720), (640, 360)
+BUNDLED = ("alpine", "canyon", "alpine-30m", "canyon-15m")
+REAL = {  # how the real maps are opened: docs/maps.md
+    "N37W123.hgt": {},
+    "greenriver.tif": {},
+    "mt_rainier_90m.tif": {},
+    "ps_height_1k.png": {"spacing_m": 160.0, "z_scale": 0.1},
+    "deathvalley_basinrange_4097_u16_off100.png": {"spacing_m": (73.0, 93.0), "z_offset_m": -100.0},
+    "moon_gld100_lon100-116_lat28-44_4096.png": {"spacing_m": (96.0, 118.0), "z_offset_m": -10000.0},
+    "narok_srtm_z12_4608_f32.tif": {"spacing_m": 19.1},
+}
+GENERATED = {  # `terrain-gl generate`
+    "hills": Land(1025, 1025, seed=1, cliffs=0.0),
+    "mixed": Land(1025, 1025, seed=2, cliffs=0.5),
+    "canyons": Land(1025, 1025, seed=3, cliffs=1.0),
+    "ridges": Land(1025, 1025, seed=4, recipe="alpine"),
+    "tablelands": Land(1025, 1025, seed=5, cliffs=0.8),
+    "ranges": Land(1025, 1025, seed=6, recipe="alpine"),
+}
+BASELINES = ("clipmap", "tessellated")
+BUDGET = 20_000
+BUDGETS = (50, 200, 1000, 5000, 20_000, 100_000)
+Key = tuple[str, ...]
+
+
+class Table(NamedTuple):
+    """A table of a page, or a paragraph with one row."""
+
+    page: str  # its path from the folder above docs
+    name: str
+    head: tuple[str, ...]  # of the columns; empty for a paragraph
+    keys: tuple[Key, ...]  # of the rows: their first cells, a map first
+    row: Callable[..., list[str]]  # the other cells of a row, from its key
+    sample: tuple[Key, ...]  # rows that a test measures
+
+
+# --- maps -------------------------------------------------------------------------------------------------------------
+
+_folder: Path | None = None
+
+
+@lru_cache(1)
+def renderer_of(name: str, size: tuple[int, int]) -> tg.Renderer:
+    """A renderer of a map; only the last one is kept."""
+    if name in BUNDLED:
+        return tg.Renderer(open_map(name)[0], size)
+    if name in GENERATED:
+        return tg.Renderer(generate(tg.create_context(), GENERATED[name]), size)
+    assert _folder
+    return tg.Renderer(tg.Heightmap.open(_folder / name, **REAL[name]), size)
+
+
+def release() -> None:
+    """Forget the last renderer."""
+    renderer_of.cache_clear()
+
+
+def is_there(name: str) -> bool:
+    """Whether a map can be opened here."""
+    return name not in REAL or bool(_folder and (_folder / name).is_file())
+
+
+def camera_of(name: str, view: str, heightmap: tg.Heightmap) -> tg.Camera:
+    """A view of a map. The first view is the map's own, or straight from outside."""
+    if view != "first":
+        return standard_view(heightmap, view)
+    return bundled()[name].camera if name in BUNDLED else tg.Camera.default(heightmap)
+
+
+def count(name: str, view: str, size: tuple[int, int] = SIZE, **options: object) -> dict:
+    """The stats of a mesh for one pixel."""
+    renderer = renderer_of(name, size)
+    return renderer.choose(camera_of(name, view, renderer.heightmap), 1.0, **options)
+
+
+# --- rows -------------------------------------------------------------------------------------------------------------
+
+
+def first_view(name: str) -> list[str]:
+    """The paragraph of README.md on a first view."""
+    ours, every = count(name, "first"), count(name, "first", method="full")
+    return [
+        f"With a tolerance of one pixel, the first view of `{name}` takes {ours['triangles']:,} triangles in "
+        f"{ours['patches']:,} patches. {ours['patches_hidden']:,} more patches are hidden behind ridges, and are not "
+        f"drawn (`terrain-gl shot {name} -o {name}.png --json -`). A mesh with every post takes "
+        f"{every['triangles']:,} triangles in this view (`--method full`)."
+    ]
+
+
+def hidden(name: str, view: str) -> list[str]:
+    """Triangles and patches with occlusion and without."""
+    on, off = (count(name, view, occlusion=occlusion) for occlusion in ("on", "off"))
+    ratios = [f"{on[key] / max(off[key], 1):.2f}" for key in ("triangles", "patches")]
+    return [f"{on['triangles']:,}", f"{off['triangles']:,}", *ratios]
+
+
+def of_every_post(name: str, view: str) -> list[str]:
+    """Triangles for one certified pixel, and those of a mesh with every post."""
+    ours, every = count(name, view), count(name, view, method="full")
+    bound = ours["certified_max_error_px"]
+    return [f"{every['triangles']:,}", f"{ours['triangles']:,}", ratio(ours, every), f"{bound:.3f}"]
+
+
+def ratio(ours: dict, every: dict) -> str:
+    """Triangles as a share of those of every post."""
+    return f"{ours['triangles'] / max(every['triangles'], 1):.3f}"
+
+
+def opening(name: str) -> list[str]:
+    """How a map is opened, and whether the Earth's curvature is drawn."""
+    renderer = renderer_of(name, SMALL)
+    given = {"spacing_m": "--spacing", "z_scale": "--z-scale", "z_offset_m": "--z-offset"}
+    options = [f"`{given[key]} {shown(value)}`" for key, value in REAL.get(name, {}).items()]
+    radius_m = count(name, "first", SMALL)["curvature_radius_m"]
+    metres = [f"{step:.5g}" for step in renderer.heightmap.spacing_m]
+    return [" ".join(options), " × ".join(metres), f"{radius_m / 1000:,.0f} km" if radius_m else "flat"]
+
+
+def shown(value: float | tuple[float, float]) -> str:
+    """An option's value."""
+    return ",".join(f"{each:g}" for each in (value if isinstance(value, tuple) else (value,)))
+
+
+def spent(name: str) -> list[str]:
+    """The least share of each budget that is drawn, over three views; "–" if no view has a share."""
+    renderer = renderer_of(name, SIZE)
+    cameras = [camera_of(name, view, renderer.heightmap) for view in VIEWS]
+    shares = []
+    for budget in BUDGETS:
+        found = [renderer.choose(camera, triangles=budget) for camera in cameras]
+        of_budget = [stats["triangles"] / budget for stats in found if stats["lambda"] and stats["triangles"] <= budget]
+        shares.append(f"{min(of_budget):.3f}" if of_budget else "–")
+    return shares
+
+
+def compared(_: str) -> list[str]:
+    """The paragraph of README.md on baselines, from the tables of comparison.md."""
+    page = (DOCS / "comparison.md").read_text("utf-8")
+    tables = {table.name: rows_of(page, table) for table in TABLES if table.page == "docs/comparison.md"}
+    with open(DOCS / "tables" / "screen_error.csv", encoding="utf-8") as file:
+        errors = list(csv.DictReader(file))
+    won = sum(float(row["sat"]) < min(float(row[method]) for method in BASELINES) for row in errors)
+    told = [
+        "With the same number of triangles, our RMS screen error is smaller than the errors of both baselines in "
+        f"{won} of {len(errors)} cases on eight maps."
+    ]
+    rows = tables["equal-triangles"]
+    parts = []
+    for place, measure in enumerate(("RMS screen error", "RMSE of the picture", "FLIP of the picture")):
+        triples = {key: [float(cell) for cell in cells[1 + 3 * place : 4 + 3 * place]] for key, cells in rows.items()}
+        ratios = {key: ours / min(others) for key, (*others, ours) in triples.items()}
+        worst = max(ratios, key=lambda key: ratios[key])
+        count_won = sum(value < 1 for value in ratios.values())
+        parts.append(
+            f"our {measure} is smaller than that of the better baseline on {count_won}, and at worst "
+            f"{ratios[worst]:.2f} times as large ({Path(worst[0]).stem.split('_')[0]})"
+        )
+    told.append(f"From a ridge of each of {len(rows)} maps, with {BUDGET:,} triangles, {'; '.join(parts)}.")
+    shares = [float(cells[2]) for cells in tables["every-post"].values()]
+    fewer = sum(share < 1 for share in shares)
+    told.append(
+        "The baselines certify nothing. For one certified pixel, `sat` takes "
+        f"{min(shares):.2g} to {max(shares):.2g} times as many triangles as a mesh with every post has, in {fewer} of "
+        f"{len(shares)} views fewer ([docs/comparison.md](docs/comparison.md#more-maps)). It takes more where cells "
+        "are many pixels wide: there, a mesh with every post is not within one pixel, because the surface between "
+        "posts is curved."
+    )
+    return [" ".join(told)]
+
+
+def at_equal_triangles(name: str, view: str) -> list[str]:
+    """RMS screen error, RMSE and FLIP of the picture of both baselines and of `sat`."""
+    renderer = renderer_of(name, SMALL)
+    camera = camera_of(name, view, renderer.heightmap)
+    triangles = curves.drawable(renderer, camera, BUDGET)
+    truth = compare.truth_of(renderer, camera, 2)
+    found = []
+    for method in (*BASELINES, "sat"):
+        detail = curves.detail_of(renderer, camera, method, triangles)
+        error = compare.measured(renderer, camera, method=method, **detail)["rms_error_px"]
+        tried = curves.details_of(renderer, camera, method, triangles)
+        best = compare.best_pictured(renderer, camera, truth, method, tried)
+        picture = compare.likeness_of(renderer, camera, truth, 2, method=method, **best)[1]
+        found.append((error, picture["image_rmse"], picture["flip"]))
+    return [f"{triangles:,}", *(f"{value:.4f}" for values in zip(*found, strict=True) for value in values)]
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+MAPS = (*BUNDLED, *REAL, *GENERATED)
+VIEWS = ("first", "ridge", "valley")
+_SMALL_REAL = ("N37W123.hgt", "greenriver.tif", "mt_rainier_90m.tif", "ps_height_1k.png")
+_COMPARED = ("mixed", "canyon-15m", "ridges", "tablelands")  # of about a million posts
+TABLES = (
+    Table("README.md", "compared", (), (("all maps",),), compared, (("all maps",),)),
+    Table(
+        "docs/maps.md",
+        "opening",
+        ("map", "opened with", "spacing, m", "drawn on a sphere of"),
+        tuple((name,) for name in (*BUNDLED, *REAL)),
+        opening,
+        (("alpine-30m",),),
+    ),
+    Table(
+        "docs/stats.md",
+        "spent",
+        ("map", *(f"{budget:,}" for budget in BUDGETS)),
+        tuple((name,) for name in (*BUNDLED, *list(GENERATED)[:3])),
+        spent,
+        (("canyon-15m",),),
+    ),
+    Table("README.md", "first-view", (), (("alpine",),), first_view, (("alpine",),)),
+    Table(
+        "docs/hidden.md",
+        "hidden",
+        ("map", "view", "triangles", "without", "ratio", "patches"),
+        tuple((name, view) for name in (*BUNDLED, *_SMALL_REAL[:3]) for view in VIEWS),
+        hidden,
+        (("alpine-30m", "valley"), ("canyon-15m", "ridge")),
+    ),
+    Table(
+        "docs/comparison.md",
+        "every-post",
+        ("map", "view", "every post", "sat", "ratio", "certified, px"),
+        tuple((name, view) for name in MAPS for view in VIEWS),
+        of_every_post,
+        (("hills", "ridge"), ("canyon-15m", "first")),
+    ),
+    Table(
+        "docs/comparison.md",
+        "equal-triangles",
+        ("map", "view", "triangles", *(f"{m} {what}" for what in ("px", "RMSE", "FLIP") for m in (*BASELINES, "sat"))),
+        tuple((name, "ridge") for name in _COMPARED),
+        at_equal_triangles,
+        (("mixed", "ridge"),),
+    ),
+)
+
+
+# --- pages ------------------------------------------------------------------------------------------------------------
+
+
+def block_of(text: str, name: str) -> re.Match[str]:
+    """The block of a table in a page."""
+    found = re.search(
+        rf"(<!-- numbers: {re.escape(name)} -->\n)(.*?)(<!-- end of numbers: [^\n]* -->)", text, re.DOTALL
+    )
+    assert found, f"no block <!-- numbers: {name} --> ... <!-- end of numbers: ... -->"
+    return found
+
+
+def rows_of(text: str, table: Table) -> dict[Key, list[str]]:
+    """The rows of a table that a page has, by their keys."""
+    body = block_of(text, table.name)[2].strip()
+    if not table.head:
+        return {table.keys[0]: [" ".join(body.split())]}
+    cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in body.split("\n")[2:] if line]
+    width = len(table.keys[0])
+    return {tuple(line[:width]): line[width:] for line in cells}
+
+
+def written(table: Table, rows: dict[Key, list[str]]) -> str:
+    """A block's text."""
+    if not table.head:
+        return wrapped(next(iter(rows.values()))[0])
+    lines = [table.head, ("---",) * len(table.head), *((*key, *cells) for key, cells in rows.items())]
+    return (
+        "\n".join(f"| {' | '.join(line)} |" for line in lines).replace("| --- ", "|---").replace("---|---", "---|---")
+    )
+
+
+def wrapped(text: str, width: int = 148) -> str:
+    """A paragraph in lines, which break between words outside of code."""
+    lines, line = [], ""
+    for word in re.findall(r"`[^`]*`\S*|\S+", text):
+        if line and len(line) + 1 + len(word) > width:
+            lines.append(line)
+            line = word
+        else:
+            line = f"{line} {word}".strip()
+    return "\n".join([*lines, line])
+
+
+def stamp(table: Table) -> str:
+    """Where the numbers of a block come from."""
+    last = ["git", "log", "-1", "--format=%h", "--", "terrain_gl", "glsl", "heightmaps"]  # a commit of the code
+    commit = subprocess.run(last, capture_output=True, text=True, cwd=DOCS.parent).stdout
+    driver = tg.create_context().info["GL_RENDERER"].split(" (")[0]
+    command = f"python docs/numbers_of_pages.py --table {table.name}"
+    return f"<!-- end of numbers: {command}, commit {commit.strip()}, {time.strftime('%-d %B %Y')}, {driver} -->"
+
+
+def measured(table: Table, keys: tuple[Key, ...]) -> Iterator[tuple[Key, list[str]]]:
+    """The rows of maps that are here."""
+    for key in keys:
+        if is_there(key[0]):
+            yield key, table.row(*key)
+
+
+def rewrite(table: Table) -> list[str]:
+    """Write a table into its page; returns the rows that differ from those before."""
+    path = DOCS.parent / table.page
+    before = rows_of(path.read_text("utf-8"), table)
+    found = dict.fromkeys(table.keys, [])
+    found.update({key: cells for key, cells in before.items() if key in found})
+    for key, cells in measured(table, table.keys):
+        found[key] = cells
+        text = path.read_text("utf-8")  # row by row, so that a run that ends early has not worked in vain
+        block = block_of(text, table.name)
+        body = written(table, {key: cells for key, cells in found.items() if cells})
+        path.write_text(text.replace(block[0], f"{block[1]}{body}\n{stamp(table)}"), "utf-8")
+        print(table.name, *key, *cells, file=sys.stderr, flush=True)
+    return [f"{' '.join(key)}: {before.get(key)} -> {found[key]}" for key in found if found[key] != before.get(key)]
+
+
+def main() -> None:
+    """Write the chosen tables, and print what has changed."""
+    global _folder
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--page", help="only tables of this page, such as README or hidden")
+    parser.add_argument("--table", choices=[table.name for table in TABLES])
+    parser.add_argument("--maps", type=Path, help="folder of the real maps")
+    args = parser.parse_args()
+    _folder = args.maps
+    for table in TABLES:
+        if args.page in (None, Path(table.page).stem) and args.table in (None, table.name):
+            print("\n".join(rewrite(table)))
+
+
+if __name__ == "__main__":
+    main()
