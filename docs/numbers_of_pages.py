@@ -225,7 +225,15 @@ def at_equal_triangles(name: str, view: str) -> list[str]:
 MAPS = (*BUNDLED, *REAL, *GENERATED)
 VIEWS = ("first", "ridge", "valley")
 _SMALL_REAL = ("N37W123.hgt", "greenriver.tif", "mt_rainier_90m.tif", "ps_height_1k.png")
-_COMPARED = ("mixed", "canyon-15m", "ridges", "tablelands")  # of about a million posts
+_COMPARED = (
+    "mixed",
+    "hills",
+    "canyons",
+    "canyon-15m",
+    "ridges",
+    "tablelands",
+    "N37W123.hgt",
+)  # of about a million posts
 TABLES = (
     Table("README.md", "compared", (), (("all maps",),), compared, (("all maps",),)),
     Table(
