@@ -16,6 +16,7 @@ from .basics.version import __version__
 
 if TYPE_CHECKING:
     from .camera import Camera
+    from .files.checking import check
     from .gpu.context import create_context
     from .heightmap import Heightmap
     from .renderer import Renderer
@@ -30,6 +31,7 @@ __all__ = [
     "TerrainError",
     "UsageError",
     "__version__",
+    "check",
     "create_context",
     "show",
 ]
@@ -38,6 +40,7 @@ _MODULES = {
     "Frame": "renderer.frame",
     "Heightmap": "heightmap",
     "Renderer": "renderer",
+    "check": "files.checking",
     "create_context": "gpu.context",
     "show": "viewer.showing",
 }

@@ -20,7 +20,7 @@ from terrain_gl.files.maps import bundled, find_bundled
 from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
 
-COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly", "diff", "cache")
+COMMANDS = ("info", "shot", "view", "measure", "mesh", "check", "bench", "generate", "fly", "diff", "cache")
 FRAME_KEYS = {
     "voids",
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),

@@ -17,7 +17,21 @@ from . import signals
 from .parsing import Parser, join_negative, unknown, with_command
 from .text import printable
 
-COMMANDS = ("info", "generate", "build", "shot", "view", "measure", "mesh", "compare", "fly", "diff", "bench", "cache")
+COMMANDS = (
+    "info",
+    "generate",
+    "build",
+    "shot",
+    "view",
+    "measure",
+    "mesh",
+    "check",
+    "compare",
+    "fly",
+    "diff",
+    "bench",
+    "cache",
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -97,7 +97,7 @@ def _scene(
     """The scene; the view and the sun that no option gives are those of a bundled map, or suit the map `seen`."""
     start = known.camera if known and not asked.camera.view else _first_view(asked, seen)
     sun = asked.light.sun or _clock_sun(asked.light, heightmap) or (known.sun if known else standard_sun(seen))
-    return CommandScene(heightmap, _camera(asked.camera, heightmap, start), replace(asked.frame, sun=sun))
+    return CommandScene(heightmap, camera_of(asked.camera, heightmap, start), replace(asked.frame, sun=sun))
 
 
 def _clock_sun(light: SunOptions, heightmap: Heightmap) -> tuple[float, float] | None:
@@ -121,7 +121,7 @@ def _first_view(asked: DrawOptions, heightmap: Heightmap) -> Camera:
     return standard_view(heightmap.exaggerated(factor), asked.camera.view or "default").over_exaggerated(1 / factor)
 
 
-def _camera(asked: CameraOptions, heightmap: Heightmap, start: Camera) -> Camera:
+def camera_of(asked: CameraOptions, heightmap: Heightmap, start: Camera) -> Camera:
     """The camera of a first view, changed by the options."""
     given = asked.given
     if asked.coordinates == "map":

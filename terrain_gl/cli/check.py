@@ -1,0 +1,117 @@
+"""`terrain-gl check`: the exact error of a mesh of any program against a heightmap."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..basics.boxes import over_blocks
+from ..basics.exceptions import TerrainError
+from ..files.checking import Checked, check
+from ..files.maps import files_read, open_map
+from ..files.mesh_readers import READERS
+from ..files.views import standard_view
+from ..heightmap import Heightmap
+from ..image import write_image
+from ..store import StoredMap, is_store
+from . import options, report, values
+from .outputs import check_outputs
+from .records import CameraOptions, MapOptions
+from .scene import camera_of
+
+_LONGEST_PX = 2048  # of the picture of errors
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """What `check` was told."""
+
+    map: MapOptions
+    camera: CameraOptions
+    mesh: str
+    unit: float
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    fail_above: float | None = None
+    path: str | None = None
+    json: str | None = None
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "check",
+        CheckOptions,
+        run,
+        help="the exact error of a mesh of any program",
+        description="Compare a mesh with the map: its exact largest and root mean square error in metres, at posts\n"
+        "and over the bilinear surface between them; gaps, overhangs, T-junctions. With a camera\n"
+        "also in pixels. Vertices are metres east, north, up of the south-western post.",
+        example="check mesh.glb --map dem.tif --fail-above 5 -o error.png",
+    )
+    command.add_argument("mesh", metavar="MESH", help=", ".join(READERS))
+    command.add_argument("--map", metavar="DEM", dest="name", required=True, help="the heightmap, a file or a store")
+    what = "metres of the mesh's zero: east, north, up"
+    command.add_argument("--origin", type=values.point, metavar="X,Y,Z", default=(0.0, 0.0, 0.0), help=what)
+    what = "metres of the mesh's unit (default: 1)"
+    command.add_argument("--unit", type=values.positive, metavar="M", default=1.0, help=what)
+    what = "exit with 1 if the error at posts is larger"
+    command.add_argument("--fail-above", type=values.positive, metavar="M", help=what)
+    what = "picture of the errors at posts, black 0 to white the largest"
+    command.add_argument("-o", "--output", metavar="OUT", dest="path", help=what)
+    options.add_map_options(command)
+    options.add_camera(command)
+    options.add_json(command)
+
+
+def run(asked: CheckOptions) -> int:
+    """Run the command."""
+    check_outputs((asked.path, asked.json), [asked.mesh, *files_read(asked.map.name)])
+    heightmap = StoredMap(asked.map.name) if is_store(asked.map.name) else open_map(*asked.map.source)[0]
+    report.notes_of(heightmap)
+    camera = None
+    if asked.camera.is_placed:
+        seen = heightmap.coarse()
+        camera = camera_of(asked.camera, heightmap, standard_view(seen, asked.camera.view or "default"))
+    found = check(asked.mesh, heightmap, camera, asked.camera.size, asked.origin, asked.unit)
+    if asked.path:
+        write_image(asked.path, picture(found.error.of_posts))
+    about = {"mesh": asked.mesh, "map": heightmap.name} | found.record(heightmap)
+    report.write_json(asked.json, about)
+    report.say(asked.json, text(found, heightmap))
+    if asked.fail_above is not None and found.error.posts > asked.fail_above:
+        raise TerrainError(
+            f"{report.shown(asked.mesh)}: the error at posts is {found.error.posts:.4g} m, more than"
+            f" --fail-above {asked.fail_above:g}"
+        )
+    return 0
+
+
+def picture(of_posts: np.ndarray) -> np.ndarray:
+    """The largest errors as grey, (rows, cols, 3) uint8; blue where the mesh or the map has nothing."""
+    side = -(-max(of_posts.shape) // _LONGEST_PX)
+    largest = over_blocks(np.fmax, of_posts, side)
+    grey = np.nan_to_num(largest) / max(float(np.nanmax(of_posts, initial=0.0)), 1e-30)
+    pixels = np.repeat(np.rint(255 * grey).astype("u1")[..., None], 3, -1)
+    pixels[np.isnan(largest)] = 40, 60, 160
+    return pixels
+
+
+def text(found: Checked, heightmap: Heightmap) -> str:
+    """What was found, as text."""
+    error, seams = found.error, found.seams
+    about = found.record(heightmap)
+    east, north = about["place_m"]
+    lines = {
+        "at posts": f"max {error.posts:.4g} m, rms {error.posts_rms:.4g} m",
+        "surface": f"max {error.surface:.4g} m, rms {error.surface_rms:.4g} m; largest at {east:g},{north:g} m",
+        "mesh": f"{found.triangles:,} triangles, {found.flipped:,} flipped, {found.vertical:,} vertical",
+        "covered": f"{100 * error.covered:.6g} % of the map; {100 * error.overlap:.3g} % more than once",
+        "gaps": f"{seams.gaps:.4g} cells of open edges, {seams.t_junctions:,} T-junctions,"
+        f" cracks up to {seams.largest_crack_m:.3g} m",
+    }
+    if found.error_px:
+        lines["picture"] = (
+            f"max {found.error_px.posts:.3g} px at posts, {found.error_px.surface:.3g} px over the surface"
+        )
+    return report.facts(lines)

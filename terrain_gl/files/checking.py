@@ -1,0 +1,118 @@
+"""Check a triangle mesh of any program against a heightmap: `check`, the function behind `terrain-gl check`."""
+
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.limits import is_too_large
+from ..camera import Camera
+from ..camera.camera import screen_shift_px
+from ..camera.curvature import bend_per_m
+from ..heightmap import Heightmap
+from ..verify.check import Measure, MeshError, check_mesh
+from ..verify.seams import Seams, find_seams, is_closed
+from .mesh_readers import read_mesh
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What `check` finds."""
+
+    error: MeshError  # in metres
+    seams: Seams
+    triangles: int
+    flipped: int  # triangles that are seen from below
+    vertical: int  # triangles without an area on the map, as those of walls and skirts; they are not compared
+    error_px: MeshError | None = None  # with a camera: in pixels, where the true place is in the picture
+
+    def record(self, heightmap: Heightmap) -> dict[str, Any]:
+        """The numbers of docs/stats.md."""
+        col, row = self.error.place
+        east, north = heightmap.spacing_m
+        found: dict[str, Any] = {
+            "triangles": self.triangles,
+            "max_error_posts_m": self.error.posts,
+            "rms_error_posts_m": self.error.posts_rms,
+            "max_error_surface_m": self.error.surface,
+            "rms_error_surface_m": self.error.surface_rms,
+            "place_m": [col * east, (heightmap.rows - 1 - row) * north],
+            "covered": self.error.covered,
+            "posts_covered": self.error.posts_covered,
+            "overlap": self.error.overlap,
+            "flipped": self.flipped,
+            "vertical": self.vertical,
+            "gaps_cells": self.seams.gaps,
+            "t_junctions": self.seams.t_junctions,
+            "largest_crack_m": self.seams.largest_crack_m,
+        }
+        if self.error_px:
+            found |= {"max_error_posts_px": self.error_px.posts, "max_error_surface_px": self.error_px.surface}
+        return found
+
+
+def check(
+    mesh: str | os.PathLike[str] | tuple[np.ndarray, np.ndarray],
+    heightmap: Heightmap,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (1280, 720),
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0),
+    unit_m: float = 1.0,
+) -> Checked:
+    """Compare a mesh with a heightmap, exactly: its largest and root mean square error, and where it is torn.
+
+    Parameters
+    ----------
+    mesh
+        A file (.ply, .glb, .gltf, .obj, .stl), or vertices (n, 3) and faces (m, 3).
+    heightmap
+        The map. Its world metres are x east and y north of the south-western post, and z up.
+    camera, size
+        With a camera, errors are also measured in pixels in its picture of `size`.
+    origin, unit_m
+        World metres = origin + unit_m · the mesh's numbers.
+
+    Returns
+    -------
+    Checked
+        Errors at posts, and over the surface, which is bilinear between posts.
+
+    Raises
+    ------
+    TerrainError, UsageError
+        The mesh cannot be read, or lies beside the map; the map is too large for memory.
+    """
+    if is_too_large(heightmap.rows, heightmap.cols):
+        raise UsageError(f"{heightmap.name}: has too many posts to be checked in memory")
+    places, faces = mesh if isinstance(mesh, tuple) else read_mesh(mesh)
+    places = np.asarray(places, np.float64) * unit_m + np.resize([*origin, 0.0], 3)
+    posts = np.stack([places[:, 0], -places[:, 1]], -1) / heightmap.spacing_m + [0, heightmap.rows - 1]
+    a, b, c = np.moveaxis(posts[faces], 1, 0)
+    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]  # rows count to the south
+    is_solid = (turn > 0).any() and is_closed(faces, len(posts))  # then its top is the land
+    used = faces[turn < 0 if is_solid else turn != 0]
+    seams = find_seams(posts, places[:, 2], used, (heightmap.rows, heightmap.cols))
+    heights = heightmap.part(slice(0, heightmap.rows), slice(0, heightmap.cols))
+    error = check_mesh(heights, posts, places[:, 2], used)
+    if not error.posts_covered and not error.covered:
+        raise TerrainError(f"{heightmap.name}: the mesh lies beside the map: give its place with --origin, or --unit")
+    in_px = None
+    if camera:
+        seen = replace(camera, bend_per_m=bend_per_m(heightmap, "auto", 0.0))
+        in_px = check_mesh(heights, posts, places[:, 2], used, _pixels(seen, heightmap, size))
+    return Checked(error, seams, len(faces), 0 if is_solid else int((turn > 0).sum()), int((turn == 0).sum()), in_px)
+
+
+def _pixels(camera: Camera, heightmap: Heightmap, size: tuple[int, int]) -> Measure:
+    """Errors in pixels: the exact distance on the screen between the true place and the drawn one."""
+    east, north = heightmap.spacing_m
+
+    def px(col: np.ndarray, row: np.ndarray, truth_m: np.ndarray, drawn_m: np.ndarray) -> np.ndarray:
+        known = np.nan_to_num(truth_m)
+        points = np.stack([col * east, (heightmap.rows - 1 - row) * north, known], -1)
+        shift, seen = screen_shift_px(camera, size, points, drawn_m - known, 1e-3)
+        return np.where(seen, shift, 0.0)
+
+    return px
