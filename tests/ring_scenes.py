@@ -10,13 +10,13 @@ from terrain_gl.gpu import layout, shaders
 from terrain_gl.mesh import MeshDraws
 from terrain_gl.reference import bilinear_heights
 
-PLACES = 4  # along a cell's side
+PLACES = 5  # along a cell's side
 UNIT = 64  # vertices stand on 64ths of a post
 
 
 def clipmap_of(ctx, heightmap, size=(160, 90)):
     """A scene that draws with method sat."""
-    return Scene.of(ctx, heightmap, size, "sat")
+    return Scene.of(ctx, heightmap, size)
 
 
 def change_shaders(monkeypatch, old, new):
@@ -92,7 +92,7 @@ class Errors:
 def surface_errors(scene, selection, camera):
     """Compare the captured triangles with the bilinear truth.
 
-    At 4 × 4 places of every cell, posts among them, and at the middles of triangles and of their sides.
+    At 5 × 5 places of every cell, posts among them, and at the middles of triangles and of their sides.
 
     The root mean square is over the places of cells alone: each is met once.
     """
@@ -118,7 +118,7 @@ def _shares(posts, heights, share):
 
 
 def _at_places(posts, heights):
-    """Columns, rows and heights (n, 3) of the triangles at multiples of 1/4 post; on common edges more than once."""
+    """Columns, rows and heights (n, 3) of the triangles at multiples of 1/5 post; on common edges more than once."""
     low = np.floor(posts.min(1) * PLACES).astype(int)
     size = np.ceil(posts.max(1) * PLACES).astype(int) - low
     yield np.empty((0, 3))

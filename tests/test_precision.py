@@ -161,7 +161,7 @@ def covered(ctx, clip, size, viewport):
 def test_vertices_are_rounded_as_the_rasteriser_rounds_them(ctx):
     """They are on its grid, and half a step of it away along each axis at most."""
     heightmap = MAPS["odd"]()
-    scene, camera = Scene.of(ctx, heightmap, SIZE, "sat"), cameras(heightmap)["default"]
+    scene, camera = Scene.of(ctx, heightmap, SIZE), cameras(heightmap)["default"]
     exact, rounded = (
         pixels(drawn_vertices(scene, camera, draws=draws)[1], viewport(scene)) * 256 for draws in (AS_COMPUTED, ROUNDED)
     )
@@ -179,7 +179,7 @@ def test_between_slivers_no_depth_is_lost(ctx, is_rounded):
     """
     size, draws = (1280, 720), ROUNDED if is_rounded else AS_COMPUTED
     heightmap = MAPS["checkerboard"]()
-    scene, camera = Scene.of(ctx, heightmap, size, "sat"), cameras(heightmap, size)["wide"]
+    scene, camera = Scene.of(ctx, heightmap, size), cameras(heightmap, size)["wide"]
     clip = drawn_vertices(scene, camera, 1.0, "rms", draws)[1]
 
     without, tested = covered(ctx, clip, size, scene.levels.view.viewport)

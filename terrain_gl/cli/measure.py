@@ -26,7 +26,7 @@ def add(commands: Any) -> None:
         run,
         help="the achieved error of a view",
         description="Draw a view, and compare its mesh with the true surface: at every post in the picture, and at\n"
-        "4 x 4 places in each cell.",
+        "5 x 5 places in each cell.",
         example="measure dem.tif --spacing 30 --max-error 0.5 --json -",
     )
     command.add_argument("--fail-above", type=values.positive, metavar="PX", help="exit with 1 if the error is larger")
@@ -69,7 +69,7 @@ def text(stats: dict[str, Any]) -> str:
         "asked": f"{report.asked(stats)}, method {stats['method']}",
         "certified": "nothing" if certified is None else f"{certified:.4g} px",
         "achieved": f"max {stats['max_error_px']:.4g} px, rms {stats['rms_error_px']:.4g} px",
-        "over": f"{stats['posts_measured']:,} posts in the picture, and 4 x 4 places in each cell",
+        "over": f"{stats['posts_measured']:,} posts in the picture, and 5 x 5 places in each cell",
         "land": f"{stats['land_measured']:.1%} of the land in the picture; the rest is hidden",
         "posts alone": f"max {stats['max_error_posts_px']:.4g} px",
         "holes": f"{stats['holes']}",

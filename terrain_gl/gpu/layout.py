@@ -25,7 +25,9 @@ SKY_TEXEL = 3  # in stores: cells along a side of a texel of the visible sky; ea
 MAX_WINDOWS = 16  # most windows around a page of a store; each is half as fine as the one before
 FINE_LEVELS = 5  # one thread computes the errors of a node of at most this level; coarser nodes are cut into blocks
 SECTORS = 1024  # of the horizon, all around the eye
-PLACES = 4  # places along a side of a cell that `verify.measure` compares
+# Places along a side of a cell that `verify.measure` compares. An odd number: where a cell is cut into 2^k parts, no
+# place except the posts is a vertex. All are then at fifths of a part, where a bend is 24/25 of its top.
+PLACES = 5
 VOID = 1  # bits of a post's mark
 WET = 2
 HOLE = 4  # bits of a page's node: all its cells are holes

@@ -12,7 +12,7 @@ from .nodes import node_axes, per_node
 # In a node that the map's rim cuts off, diagonals do not run through posts, and may cross any cell. The planes of a
 # rectangle of w × h cells with the twist τ differ by |τ| |x/w − y/h|. So the error is at most
 #   worst + |t|/4 + kink                     worst: the largest error at the cell's posts,  kink = |τ| min(1/w + 1/h, 1)
-# In the root mean square, a crossed cell adds m = |t|/√90 + kink. Over the 4 × 4 places of a cell that `measure` takes,
+# In the root mean square, a crossed cell adds m = |t|/√90 + kink. Over the 5 × 5 places of a cell that `measure` takes,
 # the bend's root mean square is up to |t| √(13/1024).
 
 

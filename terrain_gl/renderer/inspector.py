@@ -52,7 +52,7 @@ class Inspector:
     def measure(self) -> dict[str, Any]:
         """The last frame's stats with its achieved error: its mesh is compared with the true surface.
 
-        Adds `max_error_px` and `rms_error_px` over 4 × 4 places in each cell; `max_error_posts_px` over posts alone;
+        Adds `max_error_px` and `rms_error_px` over 5 × 5 places in each cell; `max_error_posts_px` over posts alone;
         `posts_measured`; `land_measured`, the share of the land in the picture that is drawn and so can be measured;
         and `holes`, the number of pixels and places where the sky shows through.
         """

@@ -3,7 +3,7 @@
 Run: python course/lessons/12_comparison/enter.py [my_terrain.py] [-o curves.png]
 
 `python -m course picture 12` writes my_terrain.py. The project's methods are drawn and measured as `terrain-gl compare`
-does. The ruler for your mesh is the same: 4 × 4 places in each cell, the bilinear truth, the exact shift in pixels.
+does. The ruler for your mesh is the same: 5 × 5 places in each cell, the bilinear truth, the exact shift in pixels.
 """
 
 import argparse
