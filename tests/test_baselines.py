@@ -15,6 +15,7 @@ from terrain_gl.comparison.curves import detail_of
 from terrain_gl.comparison.pyramid import Pyramid, halve
 from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.error import ErrorTables
+from terrain_gl.gpu.layout import PLACES
 from terrain_gl.lod import Goal, ViewBlock
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.renderer.methods import BASELINES, Selectors
@@ -234,7 +235,8 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, method, view):
     drawn = surface_m(posts, heights_m, heightmap.heights.shape)
     renderer.measure()
     rows, cols = drawn.shape
-    got = renderer.inspector._measurement.errors_m(selection, (1, 1, 4 * cols - 5, 4 * rows - 5))[3::4, 3::4]
+    inside = 1, 1, PLACES * (cols - 1) - 1, PLACES * (rows - 1) - 1
+    got = renderer.inspector._measurement.errors_m(selection, inside)[PLACES - 1 :: PLACES, PLACES - 1 :: PLACES]
     expected = (drawn - renderer.terrain.filled)[1:-1, 1:-1]
     assert np.isfinite(got).all()
     assert np.abs(got - expected).max() <= 1e-6 * np.abs(drawn).max()
