@@ -28,6 +28,7 @@ from terrain_gl.readers.plausible import guess, not_of_the_earth, plausible_spac
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.units import contradictions
 from terrain_gl.readers.values import AS_STORED, read_heights
+from terrain_gl.sight import Sight, bend_per_m, lines_of_sight
 
 MIN_SPACING_M = 1e-6
 MAX_SPACING_M = 1e6
@@ -320,6 +321,65 @@ class Heightmap:
     def part(self, rows: slice, cols: slice) -> np.ndarray:
         """The true heights of a rectangle of posts, (rows, cols) float32 metres; it may be a view of `heights`."""
         return self.heights[rows, cols]
+
+    def height_at(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
+        """The true heights at places in world metres, bilinear between posts; NaN over voids and off the map.
+
+        Parameters
+        ----------
+        x, y
+            Metres east and north of the south-western post: numbers, or arrays of one shape.
+        """
+        east, north = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        spacing_m = self.ground_spacing_m
+        heights = bilinear(self.heights, east.ravel() / spacing_m[0], self.rows - 1 - north.ravel() / spacing_m[1])
+        return heights.reshape(east.shape)[()]
+
+    def sees(self, a: ArrayLike, b: ArrayLike, curvature: str = "auto", refraction: float = 0.0) -> Sight:
+        """Whether places see each other over the land, and which place hides the rest. It is exact on the true surface.
+
+        Parameters
+        ----------
+        a, b
+            World metres (..., 3). An eye on the ground is at ``(x, y, terrain.height_at(x, y) + 1.7)``.
+        curvature, refraction
+            As in `Renderer.render`. The land is lower the further it is from a.
+
+        Returns
+        -------
+        Sight
+            `seen`, `hidden_by` and `clearance_m`, one for each pair.
+
+        Raises
+        ------
+        UsageError
+            Places that are no finite numbers, or an option outside its range.
+        """
+        bend = bend_per_m(self.georeference, max(self.extent_m), curvature, refraction)
+        return lines_of_sight(self.heights, self.ground_spacing_m, a, b, bend)
+
+    def viewshed(
+        self, a: ArrayLike, above_m: float = 0.0, curvature: str = "auto", refraction: float = 0.0
+    ) -> np.ndarray:
+        """Which posts a place sees: (rows, cols) bool. One exact line of sight for each post, so large maps take long.
+
+        Parameters
+        ----------
+        a
+            World metres (3,).
+        above_m
+            How far above the ground the things stand that are looked for. Voids are not seen.
+        curvature, refraction
+            As for `sees`.
+        """
+        row, col = np.indices((self.rows, self.cols))
+        spacing_m = self.ground_spacing_m
+        heights = self.part(slice(0, self.rows), slice(0, self.cols))
+        posts = np.stack([col * spacing_m[0], (self.rows - 1 - row) * spacing_m[1], heights + above_m], -1)
+        known = np.isfinite(heights)
+        seen = np.zeros(known.shape, bool)
+        seen[known] = self.sees(a, posts[known], curvature, refraction).seen
+        return seen
 
     @property
     def rows(self) -> int:

@@ -18,6 +18,7 @@ LAYERS = (
     ("basics", "reference"),
     ("gpu", "image"),
     ("readers", "sat"),
+    ("sight",),
     ("heightmap",),
     ("terrain",),
     ("camera", "error"),

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, Protocol, TypedDict
 
 from ..basics.exceptions import UsageError
 from ..camera import Camera
-from ..camera.curvature import MODES as CURVATURES
 from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..light.climate import AUTO, LOOKS
@@ -23,6 +22,7 @@ from ..light.ramps import Photo, Values
 from ..lod import METRICS, Goal
 from ..shade.picture import GRAINS, STYLES, SUN, VOIDS, Look
 from ..shade.surroundings import SURROUNDINGS
+from ..sight import CURVATURES
 from .methods import EVERY_POST, METHODS, REGISTRY, REMOVED
 
 NEAR = 0.1  # default distance of the near plane, in spacings
