@@ -20,14 +20,17 @@ if TYPE_CHECKING:
     from .gpu.context import create_context
     from .heightmap import Heightmap
     from .renderer import Renderer
-    from .renderer.frame import Frame
+    from .renderer.frame import Frame, Stats
+    from .renderer.options import RenderOptions
     from .viewer.showing import show
 
 __all__ = [
     "Camera",
     "Frame",
     "Heightmap",
+    "RenderOptions",
     "Renderer",
+    "Stats",
     "TerrainError",
     "UsageError",
     "__version__",
@@ -39,7 +42,9 @@ _MODULES = {
     "Camera": "camera",
     "Frame": "renderer.frame",
     "Heightmap": "heightmap",
+    "RenderOptions": "renderer.options",
     "Renderer": "renderer",
+    "Stats": "renderer.frame",
     "check": "files.checking",
     "create_context": "gpu.context",
     "show": "viewer.showing",

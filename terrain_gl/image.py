@@ -190,16 +190,18 @@ def srgb_from_linear(light: np.ndarray) -> np.ndarray:
 def reduced(pixels: np.ndarray, n: int) -> np.ndarray:
     """Reduce an 8-bit sRGB picture n times along each side, which must be multiples of n.
 
-    A new pixel has the mean linear light and alpha of n × n pixels.
+    A new pixel has the mean linear light and alpha of n × n pixels. Alpha is the weight of their light.
     """
     height, width, channels = pixels.shape
     if height % n or width % n:
         raise ValueError(f"expected sides that are multiples of {n}, got {width}x{height}")
     if n == 1:
         return pixels
-    light = np.concatenate([_LINEAR[pixels[..., :3]], pixels[..., 3:] / np.float32(255)], -1)
-    mean = light.reshape(height // n, n, width // n, n, channels).mean((1, 3))
-    return np.concatenate([srgb_from_linear(mean[..., :3]), np.round(255 * mean[..., 3:]).astype(np.uint8)], -1)
+    alpha = pixels[..., 3:] / np.float32(255) if channels == 4 else np.ones((height, width, 1), np.float32)
+    light = np.concatenate([alpha * _LINEAR[pixels[..., :3]], alpha], -1)
+    mean = light.reshape(height // n, n, width // n, n, 4).mean((1, 3))
+    colour = srgb_from_linear(mean[..., :3] / np.where(mean[..., 3:] > 0, mean[..., 3:], 1))
+    return np.concatenate([colour, np.round(255 * mean[..., 3:]).astype(np.uint8)], -1)[..., :channels]
 
 
 def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:

@@ -78,6 +78,18 @@ def test_help_fits_a_screen(run, monkeypatch, command):
     assert re.findall("^example: .*", short, re.MULTILINE) == re.findall("^example: .*", full, re.MULTILINE)
 
 
+def test_the_help_of_a_command_is_its_own(run):
+    """No group stands twice, and defaults and options are those of the command."""
+    for command in COMMANDS:
+        titles = re.findall(r"^([a-z][a-z ]*):$", run(command, "--help-all")[1], re.MULTILINE)
+        assert len(titles) == len(set(titles)) and "positional arguments" not in titles
+    full = {command: " ".join(run(command, "--help-all")[1].split()) for command in ("view", "mesh", "measure", "shot")}
+    assert "the last window's" in full["view"] and "screen error (default: 1)" not in full["view"]
+    assert "screen error (default: 1)" in full["shot"] and "screen error (default: 1)" not in full["mesh"]
+    assert "--sun" in full["shot"] and "--sun" not in full["measure"] and "--exaggeration" in full["measure"]
+    assert parse("measure", "m", "--sun", "90,10").frame.sun == (90, 10)
+
+
 @pytest.mark.parametrize("word", ["dem.npy", "alpine", "folder/none", "none.tif", "with space"])
 def test_a_map_alone_is_viewed(folder, monkeypatch, word):
     """A file, a bundled name, and whatever looks like a file; a command's name stays that of the command."""

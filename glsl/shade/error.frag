@@ -25,9 +25,10 @@ uniform bool u_bar;
 vec3 with_bar(vec3 colour) {
     if (!u_bar) return colour;
     vec2 size = vec2(u_size_px) * vec2(0.2, 0.02), at = (picture_px(FRAG_COORD) - 0.03 * float(u_size_px.y)) / size;
-    if (all(greaterThan(at, vec2(0.0))) && all(lessThan(at, vec2(1.0)))) return inferno(0.08 + 0.92 * at.x);
     vec2 rim = abs(at - 0.5) * size - 0.5 * size;
-    return max(rim.x, rim.y) < 1.0 ? vec3(1.0) : colour;
+    if (max(rim.x, rim.y) >= 1.0) return colour;
+    g_open = 0;  // the bar hides the sky
+    return all(greaterThan(at, vec2(0.0))) && all(lessThan(at, vec2(1.0))) ? inferno(0.08 + 0.92 * at.x) : vec3(1.0);
 }
 
 vec4 colour_of_pixel() { return vec4(with_bar(pixel_colour()), 1.0); }

@@ -3,9 +3,16 @@
 //   The sky fills the rest.
 //   Most pixels have no edge: their programs (shade/kind.glsl) shade one piece of ground, or the sky.
 // The including file defines ground_colour() and sky_colour(), in display-linear light.
-// Provides pixel_colour(), Ground.
+// With CLEAR, samples of the open sky do not count: the colour is the mean of the others.
+// Provides pixel_colour(), g_open, Ground.
 
 #include "shade/contours.glsl"
+
+#ifndef CLEAR
+#define CLEAR 0
+#endif
+
+int g_open = 0;  // with CLEAR, the number of samples that see the open sky
 
 vec3 ground_colour(Ground g, int sample_);
 vec3 sky_colour(Ray ray);
@@ -56,14 +63,16 @@ int samples_around(int seen) {
 // The colour of the sky and of the map's surroundings, with edges between them. `samples` are bits; at least one is
 // set.
 vec3 around_colour(int samples) {
-    if (EDGE == 0) return float(bitCount(samples)) * sky_colour(view_ray(vec2(0.0)));
+    if (CLEAR == 1 && EDGE == 0) g_open = bitCount(samples);
+    if (EDGE == 0) return CLEAR == 1 ? vec3(0.0) : float(bitCount(samples)) * sky_colour(view_ray(vec2(0.0)));
     vec3 sum = vec3(0.0);
     do {
         vec2 first = offset_of_sample(findLSB(samples));
         int seen = surroundings_at(ray_at(first)), alike = samples & samples_around(seen);
         vec2 centre = offset_of(alike);
         samples &= ~alike;
-        sum += float(bitCount(alike)) * sky_colour(view_ray(surroundings_at(ray_at(centre)) == seen ? centre : first));
+        if (CLEAR == 1 && seen == 0) g_open += bitCount(alike);
+        else sum += float(bitCount(alike)) * sky_colour(view_ray(surroundings_at(ray_at(centre)) == seen ? centre : first));
     } while (samples != 0);
     return sum;
 }
@@ -75,9 +84,17 @@ float ground_share() {
     return float(count) / float(SAMPLES);
 }
 
-#if PIXELS == SKY || PIXELS == OPEN
+vec3 mean_of_samples(vec3 sum) { return sum / (CLEAR == 1 ? max(float(SAMPLES - g_open), 1.0) : float(SAMPLES)); }
+
+#if CLEAR == 1 && PIXELS == OPEN
 vec3 pixel_colour() {
-    return EDGE == 0 || PIXELS == OPEN ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES);
+    g_open = SAMPLES;
+    return vec3(0.0);
+}
+#elif PIXELS == SKY || PIXELS == OPEN
+vec3 pixel_colour() {
+    bool is_one = CLEAR == 0 && (EDGE == 0 || PIXELS == OPEN);
+    return is_one ? sky_colour(view_ray(vec2(0.0))) : mean_of_samples(around_colour(ALL));
 }
 #elif PIXELS == NEAR
 vec3 pixel_colour() { return drawn_colour(ground_of(ALL), ALL); }
@@ -86,13 +103,13 @@ vec3 pixel_colour() {
     int left = 0;
     for (int i = 0; i < SAMPLES; i++) left |= is_sky(post_of_sample(i)) ? 0 : 1 << i;
     vec3 sum = left == ALL ? vec3(0.0) : around_colour(ALL ^ left);
-    if (left == 0) return sum / float(SAMPLES);
+    if (left == 0) return mean_of_samples(sum);
     do {  // with the test at the start, software renderers would run one more pass
         int sample_ = findLSB(left);
         int alike = left & (samples_near(footprint_at(post_of_sample(sample_))) | 1 << sample_);
         left &= ~alike;
         sum += float(bitCount(alike)) * drawn_colour(ground_of(alike), alike);
     } while (left != 0);
-    return sum / float(SAMPLES);
+    return mean_of_samples(sum);
 }
 #endif

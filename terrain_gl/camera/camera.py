@@ -266,6 +266,19 @@ class Camera:
         right, up = (x / w - middle_x) / across, (y / w - middle_y) / above
         return 0.5 * np.stack([size[0] * (1 + right), size[1] * (1 - up)], -1) - 0.5
 
+    def to_opencv(self, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """K, R and t of a picture of `size`: the inverse of `from_opencv`, whose conventions it has.
+
+        `UsageError` if the camera is orthographic.
+        """
+        if self.is_orthographic:
+            raise UsageError("to_opencv: an orthographic camera has no intrinsic matrix")
+        half, middle = np.array(self.half_extent(size)), np.array(self.centre) * [1, -1]
+        intrinsics = np.diag([*0.5 * np.array(size) / half, 1.0])
+        intrinsics[:2, 2] = 0.5 * np.array(size) * (1 - middle / half) - 0.5
+        turn = self.axes * [[1.0], [-1.0], [1.0]]
+        return intrinsics, turn, -turn @ np.array(self.eye)
+
     def over_exaggerated(self, factor: float) -> Camera:
         """The camera that gives, for a map of `Heightmap.exaggerated`, the picture of this camera with higher relief.
 

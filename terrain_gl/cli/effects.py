@@ -11,13 +11,14 @@ from ..heightmap import Heightmap
 from ..light.climate import AUTO
 from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
+from ..renderer.options import NO_SKY
 from ..shade.contours import interval_m
 from . import furniture, report
 from .records import CameraOptions, DrawOptions
 from .scene import CommandScene
 
 # options of lit styles, and their defaults
-_OF_LIGHT = {"sky": None, "material": None, "drape": None, "look": AUTO, "water_m": None}
+_OF_LIGHT = {"sky": None, "haze": 1.0, "material": None, "drape": None, "look": AUTO, "water_m": None}
 _TURNED_DEG = 1.0  # a grid that is turned by more gets a note
 _NEAR = 5.0  # an eye is near the map if its distance is at most this many longer sides of the map
 
@@ -47,12 +48,16 @@ def _without_effect(asked: DrawOptions, scene: CommandScene) -> Iterator[str]:
     low_m, high_m = heightmap.range_m
     if not is_lit:
         names = {"water_m": "water"}
-        given = [f"--{names.get(name, name)}" for name, usual in _OF_LIGHT.items() if getattr(frame, name) != usual]
+        given = [
+            f"--{names.get(name, name)}"
+            for name, usual in _OF_LIGHT.items()
+            if getattr(frame, name) not in (usual, NO_SKY)
+        ]
         if given:
             yield f"{', '.join(given)}: without effect in the style {frame.style}"
     elif frame.water_m is not None and frame.water_m <= low_m:
         yield f"--water {frame.water_m:g}: without effect, because the lowest height is {low_m:g} m"
-    if is_lit and frame.sun[1] < 0 and not frame.sky:
+    if is_lit and frame.sun[1] < 0 and not frame.shading.sky:
         yield f"the sun is {-frame.sun[1]:.3g} degrees under the horizon: the picture is of the night"
     if frame.ramp_range and not frame.drape and not frame.material and frame.look not in RAMPS:
         yield "--range: without effect, because there is no ramp: give --drape, --material or a --look that is a ramp"

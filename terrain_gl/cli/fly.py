@@ -17,6 +17,7 @@ from ..film.path import CameraPath
 from ..film.record import CODECS, FPS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap, ground_m
+from ..renderer.options import NO_SKY
 from . import effects, frames, furniture, options, overlays, report, stores, values
 from .scene import open_scene
 
@@ -56,6 +57,8 @@ def add(commands: Any) -> None:
 def run(asked: frames.FlyOptions) -> int:
     """Run the command."""
     path = asked.output.path
+    if asked.frame.sky == NO_SKY:
+        raise UsageError("--sky none: frames of a flight have no alpha; draw single pictures with shot")
     asked = overlays.with_ground(asked)
     can_continue = is_folder(path) or _has_parts(path)
     journal = FlightJournal(path, frames.identity(asked)) if can_continue else None
@@ -114,7 +117,7 @@ def _fly(
         noted |= journal.done
     with report.progress_bar("flying") as show, contextlib.closing(flight.frames(tuple(noted), show)) as drawn:
         for number, frame in drawn:
-            noted[number] = {"frame": number} | frame.numbers, frame.about
+            noted[number] = {"frame": number, "time_s": number / flight.asked.fps} | frame.numbers, frame.about
             if journal:
                 journal.add(number, noted[number])
             recorder.append(frame.image)

@@ -9,7 +9,7 @@ import io
 import os
 import threading
 import uuid
-from collections.abc import Callable, Collection, Generator
+from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -84,11 +84,12 @@ class Drawing:
         """Draw a frame in steps."""
         asked, scene, renderer = self._asked, self._scene, self._renderer
         is_free = pose.sun is not None and not (asked.light.sun or asked.light.time)  # the path may move the sun
-        view = scene.view(camera=pose.camera, **({"sun": pose.sun} if is_free else {}))
-        frame = yield from renderer.render_steps(gradual=False, **view)
-        stats = renderer.measure() if asked.measure else frame.stats
+        sun = pose.sun if is_free and pose.sun else scene.frame.sun
+        scene = replace(scene, camera=pose.camera, frame=replace(scene.frame, sun=sun))
+        frame = yield from renderer.render_steps(gradual=False, **scene.view())
+        stats: Mapping[str, Any] = renderer.measure() if asked.measure else frame.stats
         keys = OF_FRAME + (MEASURED if asked.measure else ())
-        numbers = {"eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
+        numbers = scene.pose(asked.camera.size) | {key: stats[key] for key in keys if key in stats}
         image = frame.image[..., :3]
         names = overlays.names(asked.camera.size, renderer.labels())
         stamp(image, 0, [*names, *furniture.of(asked, scene.heightmap, pose.camera)])

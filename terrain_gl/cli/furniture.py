@@ -10,12 +10,13 @@ from ..light.lighting import ramp_seen
 from ..light.ramps import LOOKS as RAMPS
 from ..light.ramps import Ramp, Values, ramp_for
 from ..renderer.options import FrameOptions
+from . import options
 from .records import DrawOptions
 
 
 def add(command: Any) -> None:
     """Declare the options."""
-    group = command.add_argument_group("picture")
+    group = options.group_of(command, "picture")
     what = "draw a title, the north, a scale, and the legend of a ramp"
     group.add_argument("--furniture", action="store_true", help=what)
     group.add_argument("--title", metavar="TEXT", help="of --furniture (default: the map's name)")

@@ -1,5 +1,6 @@
 """`terrain-gl measure`: the achieved error of a view, beside the certified one."""
 
+import argparse
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,6 +9,12 @@ from ..shade.picture import UNLIT
 from . import options, report, stores, values
 from .records import DrawOptions
 from .scene import make_renderer, open_scene
+
+# options that change the picture alone: they are accepted for scripts, and the help does not list them
+_NO_NUMBER = (
+    *("style", "look", "sun", "time", "latitude", "longitude", "sky", "haze", "material", "drape", "ramp"),
+    *("ramp_range", "water_m", "surroundings", "grain", "contour_m", "error_scale_px"),
+)
 
 
 @dataclass(frozen=True)
@@ -33,6 +40,7 @@ def add(commands: Any) -> None:
     options.add_map(command)
     options.add_rendering(command)
     stores.add_options(command)
+    options.describe(command, **dict.fromkeys(_NO_NUMBER, argparse.SUPPRESS))
 
 
 def run(asked: MeasureOptions) -> int:
@@ -41,7 +49,7 @@ def run(asked: MeasureOptions) -> int:
     with make_renderer(scene, asked) as renderer:
         with stores.loading(renderer):
             renderer.draw(**scene.view(style=UNLIT))
-        stats = {"map": scene.heightmap.name} | renderer.measure()
+        stats = {"map": scene.heightmap.name} | scene.pose(asked.camera.size) | renderer.measure()
     report.write_json(asked.output.json, stats)
     report.say(asked.output.json, text(stats))
     _check_error(stats, asked.fail_above)

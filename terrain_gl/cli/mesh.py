@@ -91,6 +91,7 @@ def add(commands: Any) -> None:
     stores.add_options(command)
     options.add_rendering(command)
     command.set_defaults(method=None)
+    options.describe(command, max_error_px="screen error: the mesh of a view")
 
 
 def run(asked: MeshOptions) -> int:

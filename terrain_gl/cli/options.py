@@ -24,6 +24,19 @@ def add_command(commands: Any, name: str, record: type[Record], run: Callable[[R
     return command
 
 
+def group_of(command: Any, title: str) -> Any:
+    """The group of the help with a title; a new one if there is none."""
+    return next((group for group in command._action_groups if group.title == title), None) or (
+        command.add_argument_group(title)
+    )
+
+
+def describe(command: Any, **texts: str) -> None:
+    """Change the help of options, by the names of their values."""
+    for action in command._actions:
+        action.help = texts.get(action.dest, action.help)
+
+
 def add_map(command: Any, optional: bool = False) -> None:
     """Add the argument MAP, and the options for reading its values."""
     names = ", ".join(bundled())
@@ -85,7 +98,7 @@ def add_detail(command: Any) -> None:
 
 def add_look(command: Any) -> None:
     """Add the options for the look of the picture."""
-    group = command.add_argument_group("picture")
+    group = group_of(command, "picture")
     for name in _under("picture"):
         if name == "sun":
             _add_sun(group)

@@ -29,6 +29,7 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **settings: Any) -> None:
         usual: dict[str, Any] = {"allow_abbrev": False, "formatter_class": argparse.RawDescriptionHelpFormatter}
         super().__init__(**usual | settings)
+        self._positionals.title = "arguments"
 
     def error(self, message: str) -> NoReturn:
         """Print the error and exit with status 2."""

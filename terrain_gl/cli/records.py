@@ -114,7 +114,7 @@ class DrawOptions:
     def files(self) -> list[str]:
         """The files that are read beside the map."""
         frame = self.frame
-        files = frame.sky, frame.material, frame.drape, self.store.edits, *self.laid.overlay
+        files = frame.shading.sky, frame.material, frame.drape, self.store.edits, *self.laid.overlay
         return [path for path in files if path]
 
 

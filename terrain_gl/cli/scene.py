@@ -35,6 +35,15 @@ class CommandScene:
         """Keyword arguments of `Renderer.render`; `changes` replace options of the frame."""
         return {"camera": self.camera} | vars(self.frame) | changes
 
+    def pose(self, size: tuple[int, int]) -> dict[str, Any]:
+        """The camera of a picture of `size`, and its sun, for JSON: docs/stats.md."""
+        camera, factor = self.camera, self.frame.exaggeration
+        # (x, y, z) is drawn at (x, y, factor · z); `over_exaggerated` gives the same picture, factor times as small
+        intrinsics, turn, offset = camera.over_exaggerated(factor).to_opencv(size)
+        matrices = {"K": intrinsics.tolist(), "R": turn.tolist(), "t": (factor * offset).tolist()}
+        told = {"eye": list(camera.eye), "target": list(camera.target), "fov_deg": camera.fov_deg}
+        return told | matrices | {"sun": list(self.frame.sun)}
+
 
 def open_scene(asked: DrawOptions, progress: Callable[[float], None] | None = None) -> CommandScene:
     """Open the map, by file or bundled name, and choose camera and sun by the options.

@@ -16,6 +16,7 @@ from ..files.furniture import stamp
 from ..image import FORMATS, Rows, writing_image
 from ..renderer import Renderer
 from ..renderer.names import Label
+from ..renderer.options import NO_SKY
 from . import against, effects, furniture, options, overlays, report, stores
 from .records import DrawOptions
 from .scene import CommandScene, make_renderer, open_scene
@@ -56,6 +57,8 @@ def run(asked: ShotOptions) -> int:
     size, path, told = asked.camera.size, asked.output.path, asked.output.json
     if os.path.splitext(path)[1].lower() not in FORMATS:
         raise UsageError(f"{report.shown(path)}: a picture's name must end in one of {', '.join(FORMATS)}")
+    if asked.frame.sky == NO_SKY and path.lower().endswith((".jpg", ".jpeg")):
+        raise UsageError(f"{report.shown(path)}: has no alpha: with --sky none, name a .png, .tif or .exr")
     if size[0] * size[1] > MOST_PIXELS:
         raise UsageError(f"--size: expected at most {MOST_PIXELS:,} pixels, got {size[0]:,} x {size[1]:,}")
     golden = against.golden_of(asked.golden, asked.output, size)
@@ -65,8 +68,10 @@ def run(asked: ShotOptions) -> int:
     piece = min(size[0], LARGEST), min(size[1], LARGEST)
     with ExitStack() as picture, make_renderer(scene, asked, piece, lit=True) as renderer:
         write = picture.enter_context(writing_image(path, size))
-        stats = {"map": scene.heightmap.name} | _draw(
-            renderer, asked, scene, golden.receive(write) if golden else write
+        stats = (
+            {"map": scene.heightmap.name}
+            | scene.pose(size)
+            | _draw(renderer, asked, scene, golden.receive(write) if golden else write)
         )
         found = golden.compare(renderer, scene, path, size) if golden else None
         with report.json_output(told, stats | (found.record() if found else {})):

@@ -1,6 +1,7 @@
 """`terrain-gl view`: the interactive window."""
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
@@ -54,8 +55,11 @@ def add(commands: Any) -> None:
     what = "a lecture of twelve stations, or of a JSON file"
     command.add_argument("--lecture", nargs="?", const="", metavar="FILE", help=what)
     overlays.add(command)
-    lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
+    remembered = [action for action in command._actions if action.dest in REMEMBERED]
+    lasting = [action.dest for action in remembered]
     command.set_defaults(name=first, **dict.fromkeys(lasting))
+    own = {action.dest: re.sub(r"default: [^)]*", "default: the last window's", action.help) for action in remembered}
+    options.describe(command, **own)
 
 
 def run(asked: ViewOptions) -> int:

@@ -111,9 +111,13 @@ def stamp(rows: np.ndarray, first: int, stamps: list[Stamp]) -> None:
         if left >= right or top >= bottom:
             continue
         part = each.pixels[top - each.top : bottom - each.top, left - each.left : right - each.left]
-        under = rows[top - first : bottom - first, left:right, :3]
+        under = rows[top - first : bottom - first, left:right]
         opacity = part[..., 3:]
-        under[:] = np.rint(under * (1 - opacity) + part[..., :3] * opacity)
+        alpha = under[..., 3:] / 255 if under.shape[2] == 4 else np.ones(opacity.shape)
+        total = np.where(alpha == 1, 1, alpha + opacity * (1 - alpha))
+        share = opacity / np.maximum(total, 1e-9)  # of the stamp in the colour
+        under[..., :3] = np.rint(under[..., :3] * (1 - share) + part[..., :3] * share)
+        under[..., 3:] = np.rint(255 * total)[..., : under.shape[2] - 3]
 
 
 def land_ahead_m(land: Heightmap, camera: Camera) -> float:

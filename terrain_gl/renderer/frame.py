@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -15,6 +15,41 @@ from .methods import BASELINES
 from .options import FrameOptions
 
 Size = tuple[int, int]
+
+
+_Price = TypedDict("_Price", {"lambda": float | None}, total=False)  # a word that Python has taken
+
+
+class Stats(_Price, total=False):
+    """The keys of `Frame.stats`, with their types; docs/stats.md explains them. Maps in memory lack those of stores."""
+
+    method: str
+    metric: str
+    certified_metric: str
+    triangles: int
+    patches: int
+    splits: int
+    patches_hidden: int
+    certified_max_error_px: float | None
+    requested_max_error_px: float | None
+    requested_triangles: int | None
+    curvature_radius_m: float | None
+    width: int
+    height: int
+    cracks: int
+    voids: int
+    gl_renderer: str
+    backend: str
+    ms: dict[str, float]
+    ms_clock: str
+    gpu_bytes: dict[str, int]
+    overlay_samples: list[int]
+    complete: bool
+    within_tolerance: float
+    tiles_resident: int
+    tiles_unlit: int
+    tiles_wide: int
+    tiles_missing: list[dict[str, str]]
 
 
 @dataclass
@@ -30,7 +65,7 @@ class Frame:
     """
 
     image: np.ndarray
-    stats: dict[str, Any]
+    stats: Stats
 
     def _repr_png_(self) -> bytes:
         """The picture, for notebooks."""

@@ -25,6 +25,7 @@ from ..shade.surroundings import SURROUNDINGS
 from ..sight import CURVATURES
 from .methods import EVERY_POST, METHODS, REGISTRY, REMOVED
 
+NO_SKY = "none"  # value of the option `sky`: the light is as usual, but the sky is transparent
 NEAR = 0.1  # default distance of the near plane, in spacings
 
 
@@ -92,10 +93,9 @@ MOST_EXAGGERATION = 100.0
 LOOSEST_PX = 1e6  # tolerances are smaller
 
 
-class RenderOptions(TypedDict, total=False):
-    """The keywords of `Renderer.render` and all others that draw, with their types; `FrameOptions` explains them."""
+class OtherOptions(TypedDict, total=False):
+    """The types of all options of a frame but its tolerance."""
 
-    max_error_px: float | None
     triangles: int | None
     parameters: Parameters | None
     metric: str
@@ -104,6 +104,7 @@ class RenderOptions(TypedDict, total=False):
     look: str
     sun: tuple[float, float]
     sky: str | None
+    haze: float
     material: str | None
     drape: str | None
     ramp: str
@@ -122,6 +123,20 @@ class RenderOptions(TypedDict, total=False):
     cull: bool
     wires: bool
     chosen_for: Camera | None
+
+
+class RenderOptions(OtherOptions, total=False):
+    """The keywords of `Renderer.render` and of all others that draw, for editors; `FrameOptions` explains them.
+
+    Examples
+    --------
+    >>> import terrain_gl as tg
+    >>> evening: tg.RenderOptions = {"sun": (265.0, 12.0), "haze": 2.0}
+    >>> with tg.Renderer(tg.Heightmap([[0, 1], [2, 3]]), (32, 18)) as renderer:
+    ...     frame = renderer.render(tg.Camera((-1, -1, 3), (0.5, 0.5, 1)), **evening)
+    """
+
+    max_error_px: float | None
 
 
 @dataclass(frozen=True)
@@ -175,7 +190,10 @@ class FrameOptions:
         The coefficient k of refraction: air bends light, so the radius in effect is R / (1 - k). 0.13 is usual on the
         Earth.
     sky, material, water_m
-        See `terrain_gl.shade.picture.Look`: files, and metres.
+        See `terrain_gl.shade.picture.Look`: files, and metres. With the sky "none", alpha is 0 where there is only sky;
+        its light is as usual. The plain or the sea around the map is drawn, unless `surroundings` is "none".
+    haze
+        How much haze there is: 0 for clear air, 1 (the default) as usual.
     drape, ramp, ramp_range
         `drape` is a raster of values that colours the ground instead of `material`. `ramp` is one of
         `light.ramps.NAMES`. `ramp_range` has the values at the ramp's ends; by default they are those of the raster.
@@ -235,7 +253,10 @@ class FrameOptions:
     sky: str | None = _option(
         None,
         "picture",
-        Flag("--sky", "file", "light from an equirectangular .hdr or .exr, north in the middle; its sun, too", "FILE"),
+        Flag("--sky", "file", "light and sun from an equirectangular .hdr or .exr; none: a transparent sky", "FILE"),
+    )
+    haze: float = _option(
+        1.0, "picture", Flag("--haze", "not_negative", "F times as much haze as usual; 0: none (default: 1)", "F")
     )
     material: str | None = _option(
         None, "picture", Flag("--material", "file", "colour of the ground: a picture of the map, north up", "FILE")
@@ -327,6 +348,8 @@ class FrameOptions:
             raise UsageError(f"error scale: expected more than 0 pixels, got {self.error_scale_px:g}")
         if self.refraction is not None and not 0 <= self.refraction < 1:
             raise UsageError(f"refraction must be from 0 on and below 1, got {self.refraction:g}")
+        if not 0 <= self.haze < math.inf:
+            raise UsageError(f"haze must be a number from 0 on, got {self.haze:g}")
         if self.drape and self.material:
             raise UsageError("drape and material: give only one of them, both colour the ground")
         if self.ramp_range is not None and not self.ramp_range[0] < self.ramp_range[1]:
@@ -386,7 +409,8 @@ class FrameOptions:
             same["material"] = Values(self.drape, self.ramp, self.ramp_range)
         elif self.material:
             same["material"] = Photo(self.material, self.ramp_range)
-        return Look(**same, land_colours=self.look)
+        is_clear = self.sky == NO_SKY
+        return Look(**same | {"sky": None if is_clear else self.sky}, land_colours=self.look, is_clear=is_clear)
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:
         """The camera with the curvature of the ground and the exaggeration that the options give.

@@ -17,7 +17,7 @@ import math
 import os
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any
+from typing import Any, Unpack, cast
 
 import moderngl
 import numpy as np
@@ -41,12 +41,12 @@ from ..terrain import Terrain
 from .contour_labels import contour_labels
 from .draped import OverlayLines
 from .edit import Editor
-from .frame import DrawnFrame, Frame
+from .frame import DrawnFrame, Frame, Stats
 from .gpu_resources import GpuResources
 from .inspector import Inspector
 from .methods import BASELINES, Selectors
 from .names import Label, labels_seen
-from .options import FrameOptions, near_plane_m
+from .options import FrameOptions, OtherOptions, near_plane_m
 from .overlay import Overlay
 
 Size = tuple[int, int]
@@ -160,7 +160,15 @@ class Renderer:
         self._size = size
 
     def render(
-        self, camera: Camera, max_error_px: float | None = None, progress: Progress | None = None, **options: Any
+        self,
+        camera: Camera,
+        max_error_px: float | None = None,
+        progress: Progress | None = None,
+        *,
+        size: Size | None = None,
+        fine: int = 1,
+        exact: bool = False,
+        **options: Unpack[OtherOptions],
     ) -> Frame:
         """Draw a picture whose geometric error is at most `max_error_px`, or the smallest with `triangles` triangles.
 
@@ -174,18 +182,23 @@ class Renderer:
             default 1.
         progress
             Called with the progress, 0 to 1.
+        size
+            Width and height in pixels, for a picture of any size: one larger than the GPU can draw at once comes in
+            pieces of one mesh. It cannot be measured afterwards.
+        fine
+            With a size: each pixel is the mean light of fine × fine pixels.
+        exact
+            The picture has float32 pixels: see `Picture.exact`.
         options
-            The other fields of `FrameOptions`, by name. Also `size`, width and height in pixels, for a picture of any
-            size: one larger than the GPU can draw at once comes in pieces of one mesh. It cannot be measured
-            afterwards. With `fine`, each pixel is the mean light of fine × fine pixels. With `exact`, the picture has
-            float32 pixels: see `Picture.exact`.
+            The other fields of `FrameOptions`, by name; `RenderOptions` has their types.
 
         Raises
         ------
         UsageError
             An argument outside its range.
         """
-        return drain(self.render_steps(camera, max_error_px, gradual=False, **options), progress)
+        steps = self.render_steps(camera, max_error_px, size, exact, fine=fine, gradual=False, **options)
+        return drain(steps, progress)
 
     def render_steps(
         self,
@@ -193,7 +206,10 @@ class Renderer:
         max_error_px: float | None = None,
         size: Size | None = None,
         exact: bool = False,
-        **options: Any,
+        *,
+        fine: int = 1,
+        gradual: bool = True,
+        **options: Unpack[OtherOptions],
     ) -> Steps[Frame]:
         """Incremental `render`; yields progress from 0 to 1. Arguments as for `draw_steps`."""
         width, height = size or self.size
@@ -202,12 +218,22 @@ class Renderer:
         def receive(piece: Piece, pixels: np.ndarray) -> None:
             image[piece.rows, piece.cols] = pixels
 
-        stats = yield from self.draw_steps(camera, max_error_px, size, receive=receive, exact=exact, **options)
-        return Frame(image, stats)
+        stats = yield from self.draw_steps(camera, max_error_px, size, fine, receive, gradual, exact, **options)
+        return Frame(image, cast(Stats, stats))
 
-    def draw(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
+    def draw(
+        self,
+        camera: Camera,
+        max_error_px: float | None = None,
+        *,
+        size: Size | None = None,
+        fine: int = 1,
+        receive: Receive | None = None,
+        exact: bool = False,
+        **options: Unpack[OtherOptions],
+    ) -> dict[str, Any]:
         """Like `render`, but the picture stays on the GPU (`picture`); returns the stats."""
-        return drain(self.draw_steps(camera, max_error_px, gradual=False, **options))
+        return drain(self.draw_steps(camera, max_error_px, size, fine, receive, False, exact, **options))
 
     @steps_in_session
     def draw_steps(
@@ -219,7 +245,7 @@ class Renderer:
         receive: Receive | None = None,
         gradual: bool = True,
         exact: bool = False,
-        **options: Any,
+        **options: Unpack[OtherOptions],
     ) -> Steps[dict[str, Any]]:
         """Incremental `draw`; yields progress from 0 to 1 and returns the stats. Draw nothing else in between.
 
@@ -262,7 +288,9 @@ class Renderer:
         return frame.stats
 
     @in_session
-    def choose(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
+    def choose(
+        self, camera: Camera, max_error_px: float | None = None, **options: Unpack[OtherOptions]
+    ) -> dict[str, Any]:
         """Choose the mesh like `draw`, but draw no picture; returns the stats. `inspector` then has the mesh."""
         with self.timer.frame():
             frame = self.select(camera, self.size, FrameOptions(max_error_px, **options))

@@ -24,6 +24,7 @@ from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
+from ..light.lighting import NO_HAZE_M
 from ..light.ramps import LOOKS as RAMPS
 from ..light.ramps import Ground, Ramp, Range, ramp_for
 from ..lod import Selection, ViewBlock
@@ -40,7 +41,8 @@ _LIT = ("shaded", *_OF_LIGHT)  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "cracks", "promise", "error")  # styles that show the mesh
 _DETAILED = ("cracks", "promise")  # styles of the mesh that have a first pass of their own
 STYLES = ("shaded", "lambert", *_OF_MESH, "normals", "voids", "depth", *_OF_LIGHT)
-_EXACT = (*_LIT, "lambert", "normals", "depth")  # styles that show light or numbers: `Picture.exact`
+_NUMBERS = ("normals", "depth")
+_EXACT = (*_LIT, "lambert", *_NUMBERS)  # styles that show light or numbers: `Picture.exact`
 GRAINS = ("on", "off")
 VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
@@ -70,6 +72,8 @@ class Look:
         Draw the triangles' edges on top of the style.
     land_colours
         The option `look`, one of `light.climate.NAMES`.
+    is_clear
+        Alpha is 0 where there is only sky, and between 0 and 1 in pixels that see both sky and land.
     """
 
     style: str = "shaded"
@@ -85,6 +89,8 @@ class Look:
     contour_m: float | None = None
     ramp_range: Range | None = None
     error_scale_px: float | None = None
+    haze: float = 1.0
+    is_clear: bool = False
 
     @property
     def cover(self) -> str | Ramp:
@@ -197,7 +203,7 @@ class Picture:
             look = replace(look, style="lambert")
             edge = surroundings.NONE
         if look.style in _LIT:
-            self.lighting.describe(self._haze_m(camera), look.water_m)
+            self.lighting.describe(self._haze_m(camera, look.haze), look.water_m)
         self._shaded = look, edge
         corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
         for done, corner in enumerate(corners, 1):
@@ -252,7 +258,7 @@ class Picture:
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
         """Make the light of a look, if it is missing."""
         self.lighting.follow(look.sun, look.sky, look.material, look.cover)
-        self.lighting.describe(self._haze_m(camera), look.water_m)
+        self.lighting.describe(self._haze_m(camera, look.haze), look.water_m)
 
     def colour(self, fragment: str, **uniforms: Any) -> None:
         """Colour every pixel of the picture by a fragment shader."""
@@ -265,15 +271,18 @@ class Picture:
     def exact(self) -> np.ndarray:
         """The last picture, coloured again without clipping at white: (height, width, 4) float32, first row on top.
 
-        Colours are linear light times the exposure; alpha is 1. In the style "normals", they are unit vectors east,
-        north, up; in "depth", metres along the view. In the sky of both, alpha is 0, normals are 0, and depths are
-        infinite. Lines over the picture are left out. Styles that are diagrams have the colours of the screen.
+        Colours are linear light times the exposure, and times alpha, which is 1 unless the look is clear. In the style
+        "normals", they are unit vectors east, north, up; in "depth", metres along the view. In the sky of both, alpha
+        is 0, normals are 0, and depths are infinite. Lines over the picture are left out. Styles that are diagrams have
+        the colours of the screen.
         """
         look, edge = self._shaded
         if look.style not in _EXACT:
             shown = self.read()
-            return np.concatenate([linear_from_srgb(shown[..., :3]), shown[..., 3:] / 255], -1).astype("f4")
-        wanted = self._wanted(look, edge)._replace(exact=True)
+            alpha = shown[..., 3:] / 255
+            return np.concatenate([alpha * linear_from_srgb(shown[..., :3]), alpha], -1).astype("f4")
+        clear = look.is_clear and look.style not in _NUMBERS  # the alpha of numbers is 0 in the sky anyway
+        wanted = self._wanted(look, edge)._replace(exact=True, clear=clear)
         wanted.uniforms["exaggeration"] = self.terrain.heightmap.exaggeration
         return self._read_back(f"shade/{look.style}.frag", "ANY", wanted, 4, "f4")
 
@@ -334,13 +343,18 @@ class Picture:
         self.lighting.release()
         self.programs.release()
 
-    def _haze_m(self, camera: Camera) -> float:
-        """Distance over which haze absorbs all but 1/e of the light: `AIR_M`, or more if the map is large or far."""
+    def _haze_m(self, camera: Camera, haze: float) -> float:
+        """Distance over which haze absorbs all but 1/e of the light: `AIR_M`, or more if the map is large or far.
+
+        `haze` times as much haze makes it shorter.
+        """
+        if haze == 0:
+            return NO_HAZE_M
         east, north = self.terrain.heightmap.extent_m
         low, high = self.terrain.heightmap.range_m
         away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))
         clear_m = AIR_M / self.terrain.heightmap.exaggeration
-        return max(clear_m, HAZE * max(math.hypot(east, north), away_m))
+        return max(clear_m, HAZE * max(math.hypot(east, north), away_m)) / haze
 
     def _detail_target(self) -> moderngl.Framebuffer:
         """The framebuffer for styles that show the mesh. It holds more data, and takes more memory and time."""
@@ -391,7 +405,9 @@ class Picture:
             uniforms |= self.lighting.uniforms
         grained = look.style == "shaded" and look.grain == "on"
         lined = look.contour_m is not None
-        return Wanted(self.lighting.defines, uniforms, look.water_m is not None, edge, grained, lined)
+        return Wanted(
+            self.lighting.defines, uniforms, look.water_m is not None, edge, grained, lined, clear=look.is_clear
+        )
 
     def _write_over(self, target: moderngl.Framebuffer, depth_func: str) -> None:
         """Let the next passes write the pixels of a target that pass a depth test."""

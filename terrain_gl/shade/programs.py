@@ -23,6 +23,8 @@ class Wanted(NamedTuple):
         The surroundings: `surroundings.NONE`, `PLAIN` or `WALLS`.
     exact
         Colours are linear light, or the data of the styles "normals" and "depth", for a target of floats.
+    clear
+        Alpha is 0 where there is only sky.
     """
 
     light: dict[str, object]
@@ -32,6 +34,7 @@ class Wanted(NamedTuple):
     grained: bool = False
     contours: bool = False
     exact: bool = False
+    clear: bool = False
 
 
 class PixelPrograms:
@@ -71,7 +74,7 @@ class PixelPrograms:
     def _compiled(self, fragment: str, kind: str, wanted: Wanted) -> tuple[Any, Any]:
         defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wanted.wet, "PIXELS": KINDS[kind]}
         defines |= {"EDGE": wanted.edge, "GRAIN": wanted.grained, "CONTOURS": wanted.contours, **wanted.light}
-        defines |= {"EXACT": 1} if wanted.exact else {}
+        defines |= ({"EXACT": 1} if wanted.exact else {}) | {"CLEAR": wanted.clear}
         if kind == "MIXED":
             return shaders.compute(self.ctx, fragment, defines | {"LISTED": 1}), None
         program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)

@@ -7,6 +7,7 @@ from typing import Any
 from ..light.laid import picture_notes
 from ..light.lighting import ground_seen, sky_seen
 from ..light.ramps import Photo
+from ..renderer.options import NO_SKY
 from .loading import in_a_line
 from .scene import Scene
 
@@ -30,6 +31,8 @@ class ImageReader:
         self._reading = option, path, self._thread.submit(self._read, option, path)
 
     def _read(self, option: str, path: str) -> None:
+        if option == "sky" and path == NO_SKY:
+            return
         if path and option == "sky":
             sky_seen((0.0, 0.0), path, north_deg=self._scene.heightmap.north_deg if self._scene.has_map else 0.0)
         elif path:

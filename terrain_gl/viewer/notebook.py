@@ -13,7 +13,7 @@ import asyncio
 import base64
 import os
 import time
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from ..gpu.textures import from_top
 from ..heightmap import Heightmap
 from ..image import png_bytes
 from ..renderer import Renderer
-from ..renderer.options import FrameOptions
+from ..renderer.options import FrameOptions, RenderOptions
 from ..renderer.overlay import Overlay
 from .app import App
 from .loading import Opened
@@ -89,13 +89,13 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         panels: bool = False,
         backend: str = "auto",
         overlays: tuple[Overlay, ...] = (),
-        **options: Any,
+        **options: Unpack[RenderOptions],
     ) -> None:
         heightmap, known = (source, None) if isinstance(source, Heightmap) else open_map(os.fspath(source))
         if min(size) < 1 or max(size) > MOST_PX:
             raise UsageError(f"the view's size must be from 1x1 to {MOST_PX}x{MOST_PX}, got {size[0]}x{size[1]}")
         sun = options.pop("sun", known.sun if known else standard_sun(heightmap))
-        settings = Settings([FrameOptions(**options, sun=sun)], panel=panels)
+        settings = Settings([FrameOptions(**options | {"sun": sun})], panel=panels)
         super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px")
         self._timer: asyncio.TimerHandle | None = None
         self._welcomed = False  # whether a front end is live
@@ -128,7 +128,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         """The stats of the last frame: docs/stats.md."""
         return self.viewer.painter.frame.stats
 
-    def draw(self, **options: Any) -> None:
+    def draw(self, **options: Unpack[RenderOptions]) -> None:
         """Change fields of `FrameOptions` by name."""
         factor = options.pop("exaggeration", None)
         self.viewer.settings.change_all(**options)

@@ -43,12 +43,15 @@ class PictureSection:
         _contours(ui, viewer)
         self._light(ui, settings, _latitude_deg(viewer.scene.heightmap))
         _water(ui, viewer)
-        hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky. Type a path, or drop a file here."
+        hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky; none: no sky. Or drop a file."
         if (path := ui.enter("sky image", settings.options.sky or "", PATH, hint)) is not None:
             viewer.images.read("sky", path)
         hint = "Colours of the ground from an image of the map, north up; empty: colours from height and slope."
         if (path := ui.enter("ground image", settings.options.material or "", PATH, hint)) is not None:
             viewer.images.read("material", path)
+        before = settings.options.haze
+        if (haze := ui.slide("haze", before, (0.0, 4.0), "How thick the haze is; 0: clear air.", "× %.2f")) != before:
+            settings.change_all(haze=haze)
         before = viewer.scene.exaggeration
         factor = ui.slide("exaggeration", before, (0.25, 8.0), "Relief drawn so many times as high.", "× %.2f", True)
         if factor != before:
@@ -56,7 +59,7 @@ class PictureSection:
 
     def _light(self, ui: Widgets, settings: Settings, latitude_deg: float) -> None:
         options = settings.options
-        if options.sky:
+        if options.shading.sky:
             ui.imgui.text_disabled("The sky image has its own sun.")
             return
         azimuth, elevation = options.sun[0] % 360, options.sun[1]

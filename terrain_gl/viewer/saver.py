@@ -20,6 +20,7 @@ from ..film.path import CameraPath, Keyframe
 from ..film.path import FlightFrame as PathPose
 from ..film.record import FPS, Recorder
 from ..image import write_png
+from ..renderer.frame import Stats
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
 from .painter import Painter
@@ -140,7 +141,7 @@ class Saver:
         picture, stats = yield from self._drawn_steps(spec)
         self._in_thread(self._write_picture, path, picture, stats)
 
-    def _drawn_steps(self, spec: FrameSpec) -> Steps[tuple[np.ndarray, list[dict[str, Any]]]]:
+    def _drawn_steps(self, spec: FrameSpec) -> Steps[tuple[np.ndarray, list[Stats]]]:
         """Draw all sides in full size; returns the picture, (height, width, 4), and the stats of each side."""
         self._painter.interrupt()
         picture = np.zeros((spec.size[1], spec.size[0], 4), np.uint8)

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from typing import Any
+from typing import Any, Unpack
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Camera
@@ -10,8 +10,24 @@ from ..files.maps import find_bundled, open_map
 from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..readers import Reading, Spacing
+from ..renderer.options import RenderOptions
 from ..renderer.overlay import read_overlay
 from .advice import OF_FILES, in_python
+
+
+class ShowOptions(RenderOptions, total=False):
+    """The keywords of `show`: options of a frame, and how a file is read; `Heightmap.open` explains these."""
+
+    z_scale: float | None
+    z_offset_m: float | None
+    nodata: float | None
+    encoding: str
+    trusted: bool
+    band: int | str | None
+    raw: tuple[int, int] | None
+    byte_order: str | None
+    backend: str
+    fresh: bool
 
 
 def show(
@@ -21,7 +37,7 @@ def show(
     spacing_m: float | Spacing | None = None,
     size: tuple[int, int] | None = None,
     overlays: Any = (),
-    **options: Any,
+    **options: Unpack[ShowOptions],
 ) -> Any:
     """Show a map: in a notebook as a view, else in a window until the user closes it.
 
@@ -60,7 +76,8 @@ def show(
     >>> import terrain_gl, rioxarray
     >>> terrain_gl.show(rioxarray.open_rasterio("dem.tif"))  # doctest: +SKIP
     """
-    of_file = {name: options.pop(name) for name in OF_FILES.values() if name in options}
+    given: dict[str, Any] = dict(options)
+    of_file = {name: given.pop(name) for name in OF_FILES.values() if name in given}
     try:
         heightmap = _opened(source, spacing_m, of_file)
         for note in heightmap.notes:
@@ -68,16 +85,16 @@ def show(
         known = find_bundled(os.fspath(source)) if isinstance(source, str | os.PathLike) else None
         first = camera or (known.camera if known else standard_view(heightmap))
         if known:
-            options.setdefault("sun", known.sun)
+            given.setdefault("sun", known.sun)
         several = overlays if isinstance(overlays, list | tuple) else [overlays]
         laid = tuple(read_overlay(each, heightmap) for each in several)
         if _in_notebook():
             from .notebook import View
 
-            return View(heightmap, first, overlays=laid, **options | ({"size": size} if size else {}))
+            return View(heightmap, first, overlays=laid, **given | ({"size": size} if size else {}))
         from . import run
 
-        return run(heightmap, first, size=size, overlays=laid, **options)
+        return run(heightmap, first, size=size, overlays=laid, **given)
     except (TerrainError, UsageError) as error:
         raise type(error)(in_python(str(error))) from None
 

@@ -21,7 +21,7 @@ FIRST = "first"  # the view of the map itself
 _KEYS = {"view", "sides", "divider", "frozen", "sums"}
 _OPTIONS = (
     *("style", "method", "metric", "max_error_px", "triangles", "wires", "error_scale_px", "contour_m", "water_m"),
-    *("sun", "look", "voids", "surroundings", "grain", "sky", "material", "occlusion"),
+    *("sun", "haze", "look", "voids", "surroundings", "grain", "sky", "material", "occlusion"),
 )
 
 

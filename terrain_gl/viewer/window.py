@@ -3,14 +3,14 @@
 import sys
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 from ..basics.exceptions import UsageError
 from ..camera import Camera
 from ..files.views import standard_sun, standard_view
 from ..gpu.context import from_glfw_window
 from ..heightmap import Heightmap
-from ..renderer.options import FrameOptions
+from ..renderer.options import FrameOptions, RenderOptions
 from ..renderer.overlay import Overlay
 from .app import App
 from .glfw_window import library, open_window
@@ -39,7 +39,7 @@ def run(
     lecture: str | None = None,
     line_of: Callable[..., str] | None = None,
     overlays: tuple[Overlay, ...] = (),
-    **options: Any,
+    **options: Unpack[RenderOptions],
 ) -> dict[str, Any]:
     """Show a map in a window until the user closes it.
 
@@ -107,7 +107,7 @@ def run(
 
 
 def _opener(
-    heightmap: Heightmap, camera: Camera | None, options: dict[str, Any], overlays: tuple[Overlay, ...]
+    heightmap: Heightmap, camera: Camera | None, options: RenderOptions, overlays: tuple[Overlay, ...]
 ) -> Opener:
     sun = options.get("sun") or standard_sun(heightmap)
     first = camera or standard_view(heightmap)
