@@ -52,9 +52,8 @@ def test_stats_have_their_types():
             assert stats.keys() <= get_type_hints(tg.Stats).keys()
 
 
-EXAMPLES = re.findall(
-    "```python\n(.*?)```", (Path(tg.__path__[0]).parent / "docs" / "api.md").read_text("utf-8"), re.DOTALL
-)
+PAGE = (Path(tg.__path__[0]).parent / "docs" / "api.md").read_text("utf-8")
+EXAMPLES = re.findall("```python\n(.*?)```", PAGE, re.DOTALL)
 
 
 @pytest.mark.parametrize("code", EXAMPLES)
@@ -63,6 +62,5 @@ def test_examples_of_the_page(code, folder):
 
 
 def test_every_public_name_has_an_example():
-    page = (Path(tg.__path__[0]).parent / "docs" / "api.md").read_text("utf-8")
-    examples = page[page.index("## One example each") :]
+    examples = PAGE[PAGE.index("## One example each") :]
     assert [name for name in tg.__all__ if f"tg.{name}" not in examples] == []

@@ -54,6 +54,7 @@ class Parser(argparse.ArgumentParser):
 
     def format_all(self) -> str:
         """The help of all options."""
+        self.usage = f"{self.prog} {self._needed()} [options]"
         return super().format_help()
 
     def _needed(self) -> str:
@@ -111,7 +112,7 @@ def unknown(word: str, commands: Sequence[str], maps: Sequence[str]) -> str:
 
 
 def _is_common(action: argparse.Action) -> bool:
-    return not COMMON.isdisjoint(action.option_strings)
+    return action.help is not argparse.SUPPRESS and not COMMON.isdisjoint(action.option_strings)
 
 
 def _brief(action: argparse.Action) -> argparse.Action:
