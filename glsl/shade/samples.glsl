@@ -71,8 +71,9 @@ vec3 around_colour(int samples) {
         int seen = surroundings_at(ray_at(first)), alike = samples & samples_around(seen);
         vec2 centre = offset_of(alike);
         samples &= ~alike;
+        vec2 at = surroundings_at(ray_at(centre)) == seen ? centre : first;
         if (CLEAR == 1 && seen == 0) g_open += bitCount(alike);
-        else sum += float(bitCount(alike)) * sky_colour(view_ray(surroundings_at(ray_at(centre)) == seen ? centre : first));
+        else sum += float(bitCount(alike)) * sky_colour(view_ray(at));
     } while (samples != 0);
     return sum;
 }
