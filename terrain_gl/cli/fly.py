@@ -60,6 +60,10 @@ def run(asked: frames.FlyOptions) -> int:
     if asked.frame.sky == NO_SKY:
         raise UsageError("--sky none: frames of a flight have no alpha; draw single pictures with shot")
     asked = overlays.with_ground(asked)
+    width, height = (max(2, side & ~1) for side in asked.camera.size)
+    if path.lower().endswith(".mp4") and (width, height) != asked.camera.size:
+        report.note(f"--size: an .mp4 has even sides: {width}x{height}")
+        asked = replace(asked, camera=replace(asked.camera, size=(width, height)))
     can_continue = is_folder(path) or _has_parts(path)
     journal = FlightJournal(path, frames.identity(asked)) if can_continue else None
     if is_folder(path):

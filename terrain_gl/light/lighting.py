@@ -89,7 +89,8 @@ class Lighting:
         self.lobes: LobeTables | None = None
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
-        self._material: tuple[Version, Ground] | None = None
+        self.fills: np.ndarray | None = None  # (rows, cols, 4) of polygons that colour the ground over its picture
+        self._material: tuple[Version | None, Ground | None, int] = None, None, id(None)
         self._lobes_wanted = 1  # the version of the lobes that is needed; then the one that exists
         self._lobes_of = 0
 
@@ -149,10 +150,11 @@ class Lighting:
     ) -> Steps[None]:
         """Incremental `follow`, about `posts` posts a step; yields progress 0 to 1, or nothing if none is missing."""
         self._lobes_wanted += self.cover.take_look(look)
-        version = None if material is None else (Version.of(material.path), material)
+        version = material and Version.of(material.path), material, id(self.fills)
         place = self.terrain.heightmap.georeference
         if version != self._material:
-            self.cover.take_picture(None if material is None else ground_seen(material, place))
+            ground = None if material is None else ground_seen(material, place)
+            self.cover.take_picture(ground if self.fills is None else filled(ground, self.fills))
             self._material = version
             self._lobes_wanted += 1
             yield 0.01
@@ -270,6 +272,17 @@ def ground_seen(ground: Ground, onto: Georeference | None = None) -> np.ndarray:
         values = _values_of(Version.of(ground.path), onto)
         return values.coloured(values.ramp(ground.ramp, ground.range))
     return _ground_of(Version.of(ground.path), ground, onto)
+
+
+def filled(ground: np.ndarray | None, fills: np.ndarray) -> np.ndarray:
+    """Fills over a picture of the ground, both as `read_ground` returns them; the picture has the size of the fills."""
+    if ground is None:
+        return fills
+    rows, cols = (np.arange(n) * m // n for n, m in zip(fills.shape[:2], ground.shape[:2], strict=True))
+    under = ground[rows][:, cols].astype("f4")
+    under = under if under.shape[2] == 4 else np.concatenate([under, np.ones_like(under[..., :1])], -1)
+    with np.errstate(under="ignore"):
+        return (fills + (1 - fills[..., 3:].astype("f4")) * under).astype("f2")
 
 
 def ramp_seen(ground: Values, onto: Georeference | None = None) -> Ramp:

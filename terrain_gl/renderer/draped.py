@@ -3,16 +3,22 @@
 import moderngl
 import numpy as np
 
+from ..basics.exceptions import TerrainError
 from ..camera import Camera
 from ..camera.pieces import Piece
 from ..gpu import gl
 from ..heightmap import Heightmap
+from ..image import linear_from_srgb
+from ..readers.raster import INSTALL_GEO, has_rasterio
 from ..shade.picture import Picture
 from .lines import Color, Line, Lines, leg, posts_on_land
-from .overlay import Overlay
+from .overlay import PLAIN, Overlay
+
+Wide = tuple[np.ndarray, Color, float]  # a line, its colour, and its width in usual widths
 
 COLOURS: tuple[Color, ...] = ((255, 70, 50, 255), (60, 200, 255, 255), (255, 220, 60, 255), (200, 130, 255, 255))
 WIDTH_PX = 2.0  # width of a line, in a picture of up to 720 rows
+MOST_FILL = 2048  # texels along the longer side of the picture of filled polygons
 MOST = 512  # most places along a leg
 RING_POSTS = 0.004  # radius of a point's ring, as a fraction of the posts along the map's longer side
 _TURN = np.linspace(0, 2 * np.pi, 13)
@@ -25,7 +31,7 @@ class OverlayLines:
         self.ctx = ctx
         self._lines: Lines | None = None
         self._of: tuple[tuple[Overlay, ...], int] = (), 0  # the overlays and number of edits that `_draped` shows
-        self._draped: list[list[Line]] = []
+        self._draped: list[list[Wide]] = []
         self.drawn: list[int] = []  # for each overlay, the number of samples that it has drawn since `begin`
 
     def begin(self, overlays: tuple[Overlay, ...]) -> None:
@@ -41,9 +47,11 @@ class OverlayLines:
         self._lines = self._lines or Lines(self.ctx, picture.samples)
         width_px = piece.fine * WIDTH_PX * max(1.0, piece.picture[1] / 720)
         for i, lines in enumerate(self._draped):
-            with gl.fragments_drawn(self.ctx) as drawn:
-                self._lines.draw(picture, eye, picture.target, piece.drawn_size, lines, width_px)
-            self.drawn[i] += drawn.value
+            for width in sorted({width for *_, width in lines}):
+                of_width = [(points, colour) for points, colour, each in lines if each == width]
+                with gl.fragments_drawn(self.ctx) as drawn:
+                    self._lines.draw(picture, eye, picture.target, piece.drawn_size, of_width, width * width_px)
+                self.drawn[i] += drawn.value
 
     def release(self) -> None:
         if self._lines:
@@ -52,7 +60,7 @@ class OverlayLines:
 
 def draped(overlays: tuple[Overlay, ...], heightmap: Heightmap) -> list[Line]:
     """The overlays as polylines in world metres, each overlay in a colour of its own."""
-    return [line for i, overlay in enumerate(overlays) for line in _lines_of(overlay, i, heightmap)]
+    return [line[:2] for i, overlay in enumerate(overlays) for line in _lines_of(overlay, i, heightmap)]
 
 
 def is_on_map(overlay: Overlay, heightmap: Heightmap) -> bool:
@@ -61,13 +69,45 @@ def is_on_map(overlay: Overlay, heightmap: Heightmap) -> bool:
     return any(_is_near(each, heightmap) for each in (*overlay.points[:, None], *legs))
 
 
-def _lines_of(overlay: Overlay, number: int, heightmap: Heightmap) -> list[Line]:
-    """An overlay's polylines in the colour of its number."""
+def _lines_of(overlay: Overlay, number: int, heightmap: Heightmap) -> list[Wide]:
+    """An overlay's polylines in their own colours, or in the colour of its number."""
     radius = RING_POSTS * max(heightmap.cols, heightmap.rows)
     around = radius * np.stack([np.cos(_TURN), np.sin(_TURN)], -1)
-    rings = [point + around for point in overlay.points if _is_near(point[None], heightmap)]
-    colour = COLOURS[number % len(COLOURS)]
-    return [(run, colour) for line in (*overlay.lines, *rings) for run in _runs(line, heightmap)]
+    rings = [point + around if _is_near(point[None], heightmap) else None for point in overlay.points]
+    usual = COLOURS[number % len(COLOURS)]
+    shapes = (*overlay.lines, *rings)
+    styles = overlay.styles or (PLAIN,) * len(shapes)
+    return [
+        (run, style.stroke or usual, style.width)
+        for line, style in zip(shapes, styles, strict=True)
+        if line is not None and style.width
+        for run in _runs(line, heightmap)
+    ]
+
+
+def fills(overlays: tuple[Overlay, ...], heightmap: Heightmap) -> np.ndarray | None:
+    """Filled polygons as a picture of the ground, (rows, cols, 4) linear albedo times opacity, and opacity.
+
+    Holes stay empty. None without such polygons. `TerrainError` if rasterio is missing.
+    """
+    areas = [area for overlay in overlays for area in overlay.areas]
+    if not areas:
+        return None
+    if not has_rasterio():
+        raise TerrainError(f"filled polygons need rasterio: {INSTALL_GEO}")
+    from rasterio.features import rasterize
+
+    size = np.array([heightmap.cols, heightmap.rows])
+    per_post = MOST_FILL / size.max()
+    cols, rows = (int(n) for n in np.maximum(1, np.rint(size * per_post)))
+    laid = np.zeros((rows, cols, 4), np.float32)
+    for rings, colour in areas:
+        texels = [(ring + 0.5) * per_post for ring in rings]
+        geometry = {"type": "Polygon", "coordinates": [ring.tolist() for ring in texels]}
+        inside = rasterize([(geometry, 1)], (rows, cols), dtype="uint8")[..., None] * np.float32(colour[3] / 255)
+        own = np.append(linear_from_srgb(np.array(colour[:3])), 1).astype("f4")
+        laid = inside * own + (1 - inside) * laid
+    return laid.astype("f2")
 
 
 def _is_near(posts: np.ndarray, heightmap: Heightmap) -> bool:

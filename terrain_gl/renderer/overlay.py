@@ -2,7 +2,9 @@
 
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,12 +24,31 @@ LONGEST_NAME = 60  # characters
 _DEEPEST = 10  # most collections inside each other
 
 
+Colour = tuple[int, int, int, int]  # sRGB and opacity
+
+
+class Style(NamedTuple):
+    """How a shape is drawn, as far as its file says so."""
+
+    stroke: Colour | None = None  # of lines, rings and points; None for the colour of the overlay
+    width: float = 1.0  # of lines, in usual widths; 0 for no lines
+    fill: Colour | None = None  # of polygons; None for none
+
+
+PLAIN = Style()
+_USUAL_PX = 2.0  # a stroke-width of simplestyle that is one usual width
+_FILL_OPACITY = 0.6  # of simplestyle
+_HEX = re.compile(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
+
+
 class Overlay(NamedTuple):
     """Lines and points in columns and rows of a map; a polygon is given by its rings."""
 
     lines: tuple[np.ndarray, ...]  # columns and rows of each line, (n, 2)
     points: np.ndarray  # columns and rows of all points, (m, 2)
     names: tuple[str, ...] = ()  # of the points, "" for points without a name; empty if there are no names
+    styles: tuple[Style, ...] = ()  # of the lines, then of the points; empty if there are none
+    areas: tuple[tuple[tuple[np.ndarray, ...], Colour], ...] = ()  # rings of filled polygons, and their colours
 
 
 def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overlay:
@@ -51,12 +72,20 @@ def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overl
     name, content, crs = _loaded(source)
     try:
         shapes = list(_shapes(content, label))
-        lines = [shape for shape, _ in shapes if shape.ndim == 2 and len(shape) > 1]
-        points = [(shape.reshape(1, 2), name) for shape, name in shapes if shape.ndim == 1 or len(shape) == 1]
+        lines = [shape for shape in shapes if shape.at.ndim == 2 and len(shape.at) > 1]
+        points = [shape for shape in shapes if shape.at.ndim == 1 or len(shape.at) == 1]
+        placed = [_posts(line.at, crs, heightmap, is_line=True) for line in lines]
+        areas: dict[int, tuple[list[np.ndarray], Colour]] = {}
+        for line, posts in zip(lines, placed, strict=True):
+            if line.area and line.style.fill:
+                areas.setdefault(line.area, ([], line.style.fill))[0].append(posts)
+        at = np.concatenate([*(point.at.reshape(1, 2) for point in points), np.zeros((0, 2))])
         return Overlay(
-            tuple(_posts(line, crs, heightmap, is_line=True) for line in lines),
-            _posts(np.concatenate([*(at for at, _ in points), np.zeros((0, 2))]), crs, heightmap, is_line=False),
-            tuple(name for _, name in points),
+            tuple(placed),
+            _posts(at, crs, heightmap, is_line=False),
+            tuple(point.name for point in points),
+            tuple(shape.style for shape in (*lines, *points)),
+            tuple((tuple(rings), colour) for rings, colour in areas.values()),
         )
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         words = f"{_words(error)} is missing" if isinstance(error, KeyError) else _words(error)
@@ -113,22 +142,69 @@ def _crs_of(content: Any) -> Any:
     return named or DEGREES
 
 
-def _shapes(content: Any, label: str, name: str = "", depth: int = 0) -> Iterator[tuple[np.ndarray, str]]:
-    """The lines (n, 2) and points (2,) of a GeoJSON object, each with its name."""
+class _Shape(NamedTuple):
+    """A line (n, 2) or a point (2,) of GeoJSON."""
+
+    at: np.ndarray
+    name: str
+    style: Style
+    area: int  # a number that the rings of one polygon share; 0 for other lines
+
+
+def _shapes(
+    content: Any, label: str, name: str = "", style: Style = PLAIN, depth: int = 0, areas: Iterator[int] | None = None
+) -> Iterator[_Shape]:
+    """The lines and points of a GeoJSON object."""
+    areas = areas or count(1)
     if depth > _DEEPEST:
         raise ValueError("too many collections inside each other")
     kind = content["type"]
     if kind in ("FeatureCollection", "GeometryCollection"):
         for part in content["features" if kind == "FeatureCollection" else "geometries"]:
-            yield from _shapes(part, label, name, depth + 1)
+            yield from _shapes(part, label, name, style, depth + 1, areas)
     elif kind == "Feature":
         if content["geometry"]:
-            yield from _shapes(content["geometry"], label, _name_in(content, label), depth + 1)
+            own = _style_in(content)
+            yield from _shapes(content["geometry"], label, _name_in(content, label), own, depth + 1, areas)
     else:
         nested = {"Point": 0, "MultiPoint": 1, "LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2}
         if kind not in nested:
             raise ValueError(f"type {str(kind)[:40]!r}")
-        yield from ((shape, name) for shape in _unpacked(content["coordinates"], nested[kind]))
+        coordinates = content["coordinates"]
+        polygons = [coordinates] if kind == "Polygon" else coordinates if kind == "MultiPolygon" else []
+        for polygon in polygons:
+            area = next(areas)
+            yield from (_Shape(ring, name, style, area) for ring in _unpacked(polygon, 1))
+        if not kind.endswith("Polygon"):
+            yield from (_Shape(shape, name, style, 0) for shape in _unpacked(coordinates, nested[kind]))
+
+
+def _style_in(feature: Any) -> Style:
+    """The style of a feature by simplestyle 1.1: stroke, stroke-width, fill, marker-color and their opacities."""
+    properties = feature.get("properties")
+    if not isinstance(properties, Mapping):
+        return PLAIN
+    stroke = _colour(properties.get("stroke", properties.get("marker-color")), properties.get("stroke-opacity"), 1.0)
+    fill = _colour(properties.get("fill"), properties.get("fill-opacity"), _FILL_OPACITY)
+    return Style(stroke, _number(properties.get("stroke-width"), _USUAL_PX) / _USUAL_PX, fill)
+
+
+def _colour(text: Any, opacity: Any, usual: float) -> Colour | None:
+    """A colour of three or six hexadecimal digits, with its opacity; None for any other text."""
+    found = _HEX.fullmatch(str(text).strip()) if text else None
+    if not found:
+        return None
+    digits = found[1] if len(found[1]) == 6 else "".join(2 * digit for digit in found[1])
+    red, green, blue = bytes.fromhex(digits)
+    return red, green, blue, round(255 * min(1.0, _number(opacity, usual)))
+
+
+def _number(value: Any, usual: float) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return usual
+    return number if 0 <= number < 100 else usual
 
 
 def _name_in(feature: Any, label: str) -> str:

@@ -39,7 +39,7 @@ from ..shade.contours import interval_m
 from ..shade.picture import TILE_PX, Picture
 from ..terrain import Terrain
 from .contour_labels import contour_labels
-from .draped import OverlayLines
+from .draped import OverlayLines, fills
 from .edit import Editor
 from .frame import DrawnFrame, Frame, Stats
 from .gpu_resources import GpuResources
@@ -107,7 +107,7 @@ class Renderer:
         self.timer = self.resources.timer
         self.inspector = Inspector(self.resources)
         self.editor = Editor(self.resources, self.forget)
-        self.overlays: tuple[Overlay, ...] = ()
+        self._overlays: tuple[Overlay, ...] = ()
         self._laid = self.session.keep(OverlayLines(self.ctx))
         self._drawn: tuple[Camera, float, Piece] | None = None  # the view of the last piece, and its near plane
         self._size = size
@@ -352,6 +352,16 @@ class Renderer:
     def drawn_height_at(self, x: float, y: float) -> float:
         """The drawn height of the last frame at a place in world metres; NaN where nothing is drawn."""
         return self.inspector.drawn_height_at(x, y)
+
+    @property
+    def overlays(self) -> tuple[Overlay, ...]:
+        """Lines and points over the land; filled polygons colour it."""
+        return self._overlays
+
+    @overlays.setter
+    def overlays(self, laid: tuple[Overlay, ...]) -> None:
+        self._overlays = laid
+        self.picture.lighting.fills = fills(laid, self.heightmap)
 
     @in_session
     def labels(self, overlays: tuple[Overlay, ...] | None = None) -> list[Label]:

@@ -101,22 +101,104 @@ def _angle(parts: tuple[str, str, str], of_degree: float) -> float:
 
 def _gpx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
     """Tracks by their segments, routes and waypoints."""
+    style: dict[str, Any] = {}
     for element in root.iter():
+        if _name(element) in ("trk", "rte"):
+            style = _gpx_style(element)
         if _name(element) in ("trkseg", "rte"):
             points = [point for point in element if _name(point) in ("trkpt", "rtept")]
-            yield _feature([_degrees(point.get("lon"), point.get("lat")) for point in points])
+            yield _feature([_degrees(point.get("lon"), point.get("lat")) for point in points], **style)
         elif _name(element) == "wpt":
-            yield _feature([_degrees(element.get("lon"), element.get("lat"))], _text(element, "name"))
+            name = _text(element, "name")
+            yield _feature([_degrees(element.get("lon"), element.get("lat"))], name, **_gpx_style(element))
+
+
+# of Garmin's DisplayColor
+_NAMED = {
+    "black": "000000",
+    "white": "ffffff",
+    "red": "ff0000",
+    "green": "00ff00",
+    "blue": "0000ff",
+    "yellow": "ffff00",
+}
+_NAMED |= {"cyan": "00ffff", "magenta": "ff00ff", "darkred": "8b0000", "darkgreen": "006400", "darkblue": "00008b"}
+_NAMED |= {"darkyellow": "808000", "darkcyan": "008b8b", "darkmagenta": "8b008b", "lightgray": "d3d3d3"}
+_NAMED |= {"darkgray": "a9a9a9"}
+
+
+def _gpx_style(element: ElementTree.Element) -> dict[str, Any]:
+    """Colour and width in the extensions of a track, as Garmin, OsmAnd and GPX Style write them."""
+    extensions = next((each for each in element if _name(each) == "extensions"), None)
+    found: dict[str, Any] = {}
+    for each in extensions.iter() if extensions is not None else ():
+        text = (each.text or "").strip()
+        if _name(each) in ("color", "DisplayColor"):
+            digits = _NAMED.get(text.lower(), text.lstrip("#"))
+            found["stroke"] = digits[-6:] if len(digits) == 8 else digits  # OsmAnd writes aarrggbb
+        elif _name(each) == "width":
+            found["stroke-width"] = text
+    return found
 
 
 def _kml(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
-    """Lines, rings of polygons, points, and tracks with times."""
-    for element in root.iter():
-        if _name(element) in ("LineString", "LinearRing", "Point"):
-            tuples = re.sub(r"\s*,\s*", ",", _text(element, "coordinates")).split()
-            yield _feature([_degrees(*each.split(",")[:2]) for each in tuples])
-        elif _name(element) == "Track":
-            yield _feature([_degrees(*(each.text or "").split()[:2]) for each in element if _name(each) == "coord"])
+    """Lines, polygons, points, and tracks with times, each with its name and its style."""
+    styles = {each.get("id", ""): each for each in root.iter() if _name(each) in ("Style", "StyleMap")}
+    marks = [each for each in root.iter() if _name(each) == "Placemark"]
+    for mark in marks or [root]:  # a file may be one geometry
+        properties = {"name": _text(mark, "name")} | _kml_style(mark, styles)
+        in_polygons = {ring for polygon in _all(mark, "Polygon") for ring in polygon.iter()}
+        for element in mark.iter():
+            kind = _name(element)
+            if kind == "Polygon":
+                rings = [_coordinates(ring) for ring in _all(element, "LinearRing")]
+                geometry = {"type": "Polygon", "coordinates": rings}
+                yield {"type": "Feature", "properties": properties, "geometry": geometry}
+            elif kind in ("LineString", "LinearRing", "Point") and element not in in_polygons:
+                yield _feature(_coordinates(element), **properties)
+            elif kind == "Track":
+                coords = [(each.text or "").split()[:2] for each in element if _name(each) == "coord"]
+                yield _feature([_degrees(*each) for each in coords], **properties)
+
+
+def _all(element: ElementTree.Element, name: str) -> list[ElementTree.Element]:
+    return [each for each in element.iter() if _name(each) == name]
+
+
+def _coordinates(element: ElementTree.Element) -> Pairs:
+    tuples = re.sub(r"\s*,\s*", ",", _text(element, "coordinates")).split()
+    return [_degrees(*each.split(",")[:2]) for each in tuples]
+
+
+def _kml_style(mark: ElementTree.Element, styles: dict[str, ElementTree.Element]) -> dict[str, Any]:
+    """The style of a placemark as properties of simplestyle: its own, or the one that it names, by a StyleMap too."""
+    own = next((each for each in mark if _name(each) == "Style"), None)
+    style = styles.get(_text(mark, "styleUrl").rpartition("#")[2]) if own is None else own
+    if style is not None and _name(style) == "StyleMap":
+        pairs = [each for each in style if _name(each) == "Pair"]
+        normal = next((each for each in pairs if _text(each, "key") == "normal"), None)
+        inside = None if normal is None else next((each for each in normal if _name(each) == "Style"), None)
+        url = "" if normal is None else _text(normal, "styleUrl").rpartition("#")[2]
+        style = styles.get(url) if inside is None else inside
+    if style is None:
+        return {}
+    line, area, icon = (next(iter(_all(style, f"{kind}Style")), None) for kind in ("Line", "Poly", "Icon"))
+    found: dict[str, Any] = {}
+    if line is not None:
+        found |= _kml_colour(line, "stroke") | ({"stroke-width": width} if (width := _text(line, "width")) else {})
+    if area is not None and _text(area, "fill") != "0":
+        found |= {"fill": "ffffff", "fill-opacity": 1.0} | _kml_colour(area, "fill")
+    if area is not None and _text(area, "outline") == "0":
+        found["stroke-width"] = 0
+    return found | (_kml_colour(icon, "marker-color") if icon is not None else {})
+
+
+def _kml_colour(style: ElementTree.Element, name: str) -> dict[str, Any]:
+    """A colour aabbggrr as a property and its opacity."""
+    text = _text(style, "color").lstrip("#")
+    if not re.fullmatch("[0-9a-fA-F]{8}", text):
+        return {}
+    return {name: text[6:] + text[4:6] + text[2:4], f"{name}-opacity": int(text[:2], 16) / 255}
 
 
 def _tcx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
@@ -129,10 +211,14 @@ def _tcx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
 _READERS = {"gpx": _gpx, "kml": _kml, "TrainingCenterDatabase": _tcx}
 
 
-def _feature(points: Pairs, name: str = "") -> dict[str, Any]:
+def _feature(points: Pairs, name: str = "", **style: Any) -> dict[str, Any]:
     """A line, or a point if there is only one place; without places, a line of no points, which draws nothing."""
     kind, coordinates = ("Point", points[0]) if len(points) == 1 else ("LineString", points)
-    return {"type": "Feature", "properties": {"name": name}, "geometry": {"type": kind, "coordinates": coordinates}}
+    return {
+        "type": "Feature",
+        "properties": {"name": name} | style,
+        "geometry": {"type": kind, "coordinates": coordinates},
+    }
 
 
 def _name(element: ElementTree.Element) -> str:

@@ -12,7 +12,7 @@ from ..basics.exceptions import TerrainError
 from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
 from ..renderer import Renderer
-from ..renderer.draped import draped
+from ..renderer.draped import draped, fills
 from ..renderer.lines import Line, Lines
 from .alarm import Alarm
 from .brush_tool import BrushTool
@@ -131,6 +131,7 @@ class Viewer:
         frame = FrameStats(Path(shown.name).name, (shown.cols, shown.rows), is_preview, is_preview and not opened.offer)
         self.painter.new_map(frame)
         self.painter.overlays = () if is_preview else opened.overlays
+        renderer.picture.lighting.fills = fills(self.painter.overlays, renderer.heightmap)
         if before:
             before.release()
         if not replaces_preview:
