@@ -17,6 +17,7 @@ from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera, boxes_in_picture, screen_shift_px
 from terrain_gl.camera.curvature import bend_per_m, drop_between_m
 from terrain_gl.camera.view import ViewBlock
+from terrain_gl.gpu.layout import PLACES
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.readers.georeference import Georeference, Grid
@@ -171,7 +172,7 @@ def test_measuring_leaves_nothing_out(seed):
     heightmap = random_map(rng, 24, 33)
     camera = replace(random_camera(rng, heightmap), bend_per_m=10 ** rng.uniform(-3, 0) / max(heightmap.extent_m))
     cols, rows = places_of(heightmap)
-    row, col = np.indices((rows, cols)).reshape(2, -1) / 4
+    row, col = np.indices((rows, cols)).reshape(2, -1) / PLACES
     east, north = heightmap.spacing_m
     truth = truth_m(heightmap, (0, 0, cols, rows)).ravel()
     place = np.stack([col * east, (heightmap.rows - 1 - row) * north, truth], -1)
