@@ -1,15 +1,17 @@
 """`terrain-gl check`: the exact error of a mesh of any program against a heightmap."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ..basics.boxes import over_blocks
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import TerrainError, UsageError
 from ..files.checking import Checked, check
 from ..files.maps import files_read, open_map
 from ..files.mesh_readers import READERS
+from ..files.tilesets import check_tiles, is_tileset
 from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..image import write_image
@@ -20,6 +22,7 @@ from .records import CameraOptions, MapOptions
 from .scene import camera_of
 
 _LONGEST_PX = 2048  # of the picture of errors
+_RATIOS = 0.0, 0.1, 0.5, 1.0, 1.05, 1.5, 3.0, 10.0, np.inf
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ def add(commands: Any) -> None:
         "also in pixels. Vertices are metres east, north, up of the south-western post.",
         example="check mesh.glb --map dem.tif --fail-above 5 -o error.png",
     )
-    command.add_argument("mesh", metavar="MESH", help=", ".join(READERS))
+    command.add_argument("mesh", metavar="MESH", help=f"{', '.join(READERS)}, or a folder of 3D Tiles")
     command.add_argument("--map", metavar="DEM", dest="name", required=True, help="the heightmap, a file or a store")
     what = "metres of the mesh's zero: east, north, up"
     command.add_argument("--origin", type=values.point, metavar="X,Y,Z", default=(0.0, 0.0, 0.0), help=what)
@@ -69,6 +72,8 @@ def run(asked: CheckOptions) -> int:
     check_outputs((asked.path, asked.json), [asked.mesh, *files_read(asked.map.name)])
     heightmap = StoredMap(asked.map.name) if is_store(asked.map.name) else open_map(*asked.map.source)[0]
     report.notes_of(heightmap)
+    if is_tileset(asked.mesh):
+        return _check_tiles(asked, heightmap)
     camera = None
     if asked.camera.is_placed:
         seen = heightmap.coarse()
@@ -83,6 +88,30 @@ def run(asked: CheckOptions) -> int:
         raise TerrainError(
             f"{report.shown(asked.mesh)}: the error at posts is {found.error.posts:.4g} m, more than"
             f" --fail-above {asked.fail_above:g}"
+        )
+    return 0
+
+
+def _check_tiles(asked: CheckOptions, heightmap: Heightmap) -> int:
+    """Compare the declared errors of a tile set with the measured ones; exit status 1 if a tile declares too little."""
+    if asked.path or asked.fail_above or asked.camera.is_placed:
+        raise UsageError("--output, --fail-above and the camera are for a mesh, not for a tile set: leave them out")
+    tiles = [tile for tile in check_tiles(asked.mesh, heightmap) if tile.posts]
+    if not tiles:
+        raise TerrainError(f"{report.shown(asked.mesh)}: no tile lies on {report.shown(heightmap.name)}")
+    lying = [tile for tile in tiles if tile.lies]
+    listed = [tile._asdict() | {"lies": tile.lies} for tile in tiles]
+    report.write_json(asked.json, {"tiles": listed, "map": heightmap.name, "lying": len(lying)})
+    ratios = np.array([tile.declared_m / max(tile.posts_m, 1e-12) for tile in tiles])
+    counts = [int(((ratios >= low) & (ratios < high)).sum()) for low, high in pairwise(_RATIOS)]
+    rows = [["declared / measured", "tiles"]]
+    rows += [[f"{low:g} to {high:g}", f"{n:,}"] for (low, high), n in zip(pairwise(_RATIOS), counts, strict=True)]
+    report.say(asked.json, report.table(rows))
+    if lying:
+        worst = max(lying, key=lambda tile: tile.posts_m / max(tile.declared_m, 1e-12))
+        raise TerrainError(
+            f"{report.shown(asked.mesh)}: {len(lying):,} of {len(tiles):,} tiles declare less than their error; "
+            f"{report.shown(worst.name)} declares {worst.declared_m:.4g} m and is off by {worst.posts_m:.4g} m"
         )
     return 0
 

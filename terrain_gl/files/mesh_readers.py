@@ -42,7 +42,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangles:
         places, faces = reader(path)
     except OSError as error:
         raise TerrainError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, KeyError, IndexError, TypeError, struct.error) as error:
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error) as error:
         raise TerrainError(f"{path}: is damaged, or no such mesh ({error})") from None
     if not len(faces):
         raise TerrainError(f"{path}: has no triangles")
@@ -129,9 +129,11 @@ def _stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return places, np.arange(len(places)).reshape(-1, 3)
 
 
-def _gltf(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """GlTF 2.0 (Khronos 2021), also with KHR_mesh_quantization: all triangles of its scene, in world places."""
-    data = path.read_bytes()
+def gltf_triangles(path: Path, data: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """GlTF 2.0 (Khronos 2021), also with KHR_mesh_quantization: all triangles of its scene, in world places, z up.
+
+    `data` are the file's bytes; further files are beside `path`.
+    """
     own = b""
     if data[:4] == b"glTF":
         length = struct.unpack_from("<I", data, 12)[0]
@@ -206,6 +208,10 @@ def _matrix(node: dict[str, Any]) -> np.ndarray:
     matrix[:3, :3] = turn * node.get("scale", (1, 1, 1))
     matrix[:3, 3] = node.get("translation", (0, 0, 0))
     return matrix
+
+
+def _gltf(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    return gltf_triangles(path, path.read_bytes())
 
 
 READERS = {".ply": _ply, ".glb": _gltf, ".gltf": _gltf, ".obj": _obj, ".stl": _stl}

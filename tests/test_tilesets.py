@@ -1,0 +1,126 @@
+"""Tile sets: a tile that declares less than its error is named; triangles sag below the curved ground."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from commands import refused
+from maps import rough
+from test_checking import gltf
+
+pyproj = pytest.importorskip("pyproj")
+rasterio = pytest.importorskip("rasterio")
+
+SPACING_M = 90.0
+N = 65
+
+
+@pytest.fixture
+def dem(folder):
+    """A map in UTM."""
+    profile = {"driver": "GTiff", "width": N, "height": N, "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
+    place = rasterio.transform.from_origin(500000, 5000000, SPACING_M, SPACING_M)
+    with rasterio.open(folder / "dem.tif", "w", transform=place, **profile) as file:
+        file.write(rough(N, N).astype("f4"), 1)
+    return "dem.tif"
+
+
+def tile(heights, step, b3dm=False):
+    """The map's every `step`-th post as a tile, and its transformation; float32 around its middle."""
+    y, x = np.mgrid[0:N:step, 0:N:step]
+    to_lonlat = pyproj.Transformer.from_crs("EPSG:32633", "EPSG:4979", always_xy=True)
+    lon, lat = to_lonlat.transform(500000 + (x + 0.5) * SPACING_M, 5000000 - (y + 0.5) * SPACING_M)
+    to_earth = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
+    at = np.stack(to_earth.transform(lon, lat, heights[::step, ::step].astype(float)), -1).reshape(-1, 3)
+    middle = at.mean(0)
+    number = np.arange(x.size).reshape(x.shape)
+    nw, ne, sw, se = (number[i : i - 1 or None, j : j - 1 or None].ravel() for i in (0, 1) for j in (0, 1))
+    faces = np.concatenate([np.stack([nw, sw, se], -1), np.stack([nw, se, ne], -1)])
+    near = at - middle - ([100.0, 0, 0] if not b3dm else 0)  # the node of `gltf` moves by 100 to the east
+    data = gltf(np.stack([near[:, 0], near[:, 2], -near[:, 1]], -1).astype("<f4"), faces, {})
+    if b3dm:
+        features = json.dumps({"BATCH_LENGTH": 0, "RTC_CENTER": [-100.0, 0.0, 0.0]}).encode()
+        data = (
+            struct.pack("<4s6I", b"b3dm", 1, 28 + len(features) + len(data), len(features), 0, 0, 0) + features + data
+        )
+    matrix = np.eye(4)
+    matrix[:3, 3] = middle
+    return data, matrix.T.ravel().tolist()
+
+
+def write_tiles(folder, heights, declared, b3dm=False):
+    """A coarse tile with a finer child."""
+    node = None
+    for name, step in (("fine", 2), ("coarse", 8)):
+        data, matrix = tile(heights, step, b3dm)
+        ending = "b3dm" if b3dm else "glb"
+        (folder / f"{name}.{ending}").write_bytes(data)
+        inner = [] if node is None else [node]
+        node = {"geometricError": declared[name], "content": {"uri": f"{name}.{ending}"}, "transform": matrix}
+        node |= (
+            {
+                "children": [
+                    {
+                        "geometricError": 0,
+                        "children": inner,
+                        "transform": np.linalg.inv(np.array(matrix).reshape(4, 4)).ravel().tolist(),
+                    }
+                ]
+            }
+            if inner
+            else {}
+        )
+    (folder / "tileset.json").write_text(json.dumps({"asset": {"version": "1.1"}, "geometricError": 999, "root": node}))
+
+
+@pytest.mark.parametrize("b3dm", [False, True])
+def test_tiles_are_measured_and_lies_are_named(dem, run, folder, b3dm):
+    heights = rough(N, N)
+    (folder / "tiles").mkdir()
+    write_tiles(folder / "tiles", heights, {"fine": 1e3, "coarse": 1e3}, b3dm)
+    status, out, err = run("check", "tiles", "--map", dem, "--json", "-")
+    assert (status, err) == (0, "")
+    found = {each["name"].partition(".")[0]: each for each in json.loads(out)["tiles"]}
+    for name, step in (("fine", 2), ("coarse", 8)):
+        y, x = np.mgrid[0:N, 0:N]
+        r, c = np.minimum(y // step, (N - 1) // step - 1), np.minimum(x // step, (N - 1) // step - 1)
+        u, v = x / step - c, y / step - r
+        few = heights[::step, ::step].astype(float)
+        nw, ne, sw, se = few[r, c], few[r, c + 1], few[r + 1, c], few[r + 1, c + 1]
+        plane = np.where(v >= u, nw + v * (sw - nw) + u * (se - sw), nw + u * (ne - nw) + v * (se - ne))
+        expected = np.abs(plane - heights).max()
+        assert found[name]["posts_m"] == pytest.approx(expected, abs=0.03)
+        assert found[name]["posts"] >= (N - 2) ** 2 and found[name]["surface_m"] >= found[name]["posts_m"]
+    held = {name: 1.02 * each["posts_m"] for name, each in found.items()}
+    write_tiles(folder / "tiles", heights, held, b3dm)
+    status, out, _ = run("check", "tiles", "--map", dem)
+    assert status == 0 and "1 to 1.05                2" in out
+    write_tiles(folder / "tiles", heights, held | {"coarse": 0.4 * held["coarse"]}, b3dm)
+    status, out, err = run("check", "tiles/tileset.json", "--map", dem)
+    assert status == 1 and "1 of 2 tiles declare less" in err and "coarse" in err
+
+
+def test_long_triangles_sag_below_the_curved_ground(run, folder, monkeypatch):
+    """Two triangles over 300 km of sea: exact at their corners, and about 3.5 km too low in the middle."""
+    monkeypatch.setattr("test_tilesets.SPACING_M", 3300.0)
+    profile = {"driver": "GTiff", "width": N, "height": N, "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
+    place = rasterio.transform.from_origin(500000, 5000000, 3300, 3300)
+    with rasterio.open(folder / "sea.tif", "w", transform=place, **profile) as file:
+        file.write(np.zeros((N, N), "f4"), 1)
+    (folder / "tiles").mkdir()
+    data, matrix = tile(np.zeros((N, N)), N - 1)
+    (folder / "tiles" / "a.glb").write_bytes(data)
+    root = {"geometricError": 1e4, "content": {"uri": "a.glb"}, "transform": matrix}
+    (folder / "tiles" / "tileset.json").write_text(json.dumps({"root": root}))
+    found = json.loads(run("check", "tiles", "--map", "sea.tif", "--json", "-")[1])["tiles"][0]
+    assert found["posts_m"] == pytest.approx((64 * 3300) ** 2 * 2 / 4 / 2 / 6.37e6, rel=0.05)
+
+
+def test_tile_sets_that_cannot_be_read_get_one_line(dem, run, folder):
+    refused(run("check", "none", "--map", dem), 2, "must end in")
+    (folder / "tiles").mkdir()
+    refused(run("check", "tiles", "--map", dem), 1, "tileset.json")
+    for root in ({"implicitTiling": {}}, {"content": {"uri": "../x.glb"}}, {"content": {"uri": "x.glb"}}, []):
+        (folder / "tiles" / "tileset.json").write_text(json.dumps({"root": root}))
+        refused(run("check", "tiles", "--map", dem), 1)
