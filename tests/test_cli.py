@@ -27,7 +27,8 @@ FRAME_KEYS = {
     *("width", "height", "gl_renderer", "backend", "ms", "ms_clock", "gpu_bytes", "map", "requested_triangles"),
     *("lambda", "curvature_radius_m", "patches_hidden", "certified_metric"),
 }
-MEASURED_KEYS = FRAME_KEYS | {
+POSE_KEYS = {"eye", "target", "fov_deg", "K", "R", "t", "sun"}
+MEASURED_KEYS = FRAME_KEYS | POSE_KEYS | {
     *("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
 }
 BYTES_KEYS = {"heights", "sat", "error", "shade", "total"}
