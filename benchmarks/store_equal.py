@@ -117,10 +117,10 @@ def load_all(renderer: tg.Renderer) -> None:
     terrain = renderer.heightmap
     assert isinstance(terrain, StoredMap)
     keys: list[PageKey] = [terrain.numbering.key(number) for number in range(terrain.numbering.total)]
-    renderer.session.enter()
-    tables: Any = renderer.tables
-    tables.load(keys[::-1])
-    assert len(tables.terrain.slot_of) == len(keys), "the pool is too small"
+    with renderer.session:
+        tables: Any = renderer.tables
+        tables.load(keys[::-1])
+        assert len(tables.terrain.slot_of) == len(keys), "the pool is too small"
 
 
 def same_mesh(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> bool:
@@ -131,10 +131,10 @@ def same_mesh(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> boo
 
 def patches_of(renderer: tg.Renderer) -> bytes:
     """The records of the patches of the last mesh."""
-    renderer.session.enter()
-    frame: Any = renderer.inspector.frame
-    selection = frame.selection
-    return bytes(selection.surface.patches.read(selection.patches * layout.PATCH.itemsize))
+    with renderer.session:
+        frame: Any = renderer.inspector.frame
+        selection = frame.selection
+        return bytes(selection.surface.patches.read(selection.patches * layout.PATCH.itemsize))
 
 
 def same_picture(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> bool:
@@ -148,8 +148,8 @@ def same_picture(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> 
 def seen_by(renderer: tg.Renderer, view: dict[str, Any]) -> np.ndarray:
     """The place on the map that each sample of a picture sees."""
     renderer.draw(**view, style="depth")
-    renderer.session.enter()
-    return renderer.picture.places()
+    with renderer.session:
+        return renderer.picture.places()
 
 
 def is_kept(stats: dict[str, Any]) -> bool:

@@ -76,8 +76,7 @@ def horizons(heightmap: tg.Heightmap, stored: StoredMap) -> None:
 
 def whole_sweep(heightmap: tg.Heightmap, azimuth: float) -> np.ndarray:
     """Angles of the horizon of all posts, in degrees."""
-    with tg.Renderer(heightmap, (8, 8)) as renderer:
-        renderer.session.enter()
+    with tg.Renderer(heightmap, (8, 8)) as renderer, renderer.session:
         sun = SunVisibility(renderer.terrain)
         sun.follow(towards_sun(azimuth, 30))
         return degrees(np.frombuffer(sun.horizon.read(), "u2").reshape(heightmap.rows, heightmap.cols))
@@ -107,11 +106,11 @@ def degrees(records: np.ndarray) -> np.ndarray:
 
 def load_all(renderer: tg.Renderer) -> tg.Renderer:
     """Load all tiles, and use them all."""
-    renderer.session.enter()
-    terrain = renderer.terrain
-    renderer.tables.load(map(terrain.numbering.key, range(terrain.numbering.total)))
-    terrain.in_use = lambda: sorted(terrain.slot_of, reverse=True)
-    return renderer
+    with renderer.session:
+        terrain = renderer.terrain
+        renderer.tables.load(map(terrain.numbering.key, range(terrain.numbering.total)))
+        terrain.in_use = lambda: sorted(terrain.slot_of, reverse=True)
+        return renderer
 
 
 def pictures(heightmap: tg.Heightmap, stored: StoredMap) -> None:

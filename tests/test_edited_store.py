@@ -75,17 +75,17 @@ def random_view(rng, z_m=60.0):
 
 
 def patches_of(renderer):
-    renderer.session.enter()
-    selection = renderer.inspector.frame.selection
-    return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
+    with renderer.session:
+        selection = renderer.inspector.frame.selection
+        return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
 def load_some(renderer, rng):
     """Load six pages, or all of them."""
     total = renderer.terrain.numbering.total
     numbers = rng.integers(0, total, 6) if rng.random() < 0.5 else np.arange(total)
-    renderer.session.enter()
-    renderer.tables.load([renderer.terrain.numbering.key(int(n)) for n in numbers])
+    with renderer.session:
+        renderer.tables.load([renderer.terrain.numbering.key(int(n)) for n in numbers])
 
 
 # --- Sheets and moves -------------------------------------------------------------------------------------------------
@@ -400,23 +400,23 @@ def late_page_px(path, heights):
     with Renderer(stored, SIZE) as renderer:
         renderer.streaming.waits = False
         camera = Camera((150, 180, 60), (210, 200, 0), 50)
-        renderer.session.enter()
-        renderer.tables.load(
-            key for n in range(renderer.terrain.numbering.total) if (key := renderer.terrain.numbering.key(n))[0]
-        )
-        renderer.choose(camera, 0.3)
-        loader, end = renderer.streaming.loader, time.monotonic() + 20
-        while not stored.read and time.monotonic() < end:
-            time.sleep(0.002)
-        new = np.where(np.indices((60, 80)).sum(0) % 2, 30.0, -30.0)
-        renderer.edit(slice(20, 80), slice(60, 140), new, settle=False)
-        stored.gate.set()
-        stats = renderer.choose(camera, 0.3)
-        while not stats["complete"] and time.monotonic() < end:
-            loader.wait(0.05)
+        with renderer.session:
+            renderer.tables.load(
+                key for n in range(renderer.terrain.numbering.total) if (key := renderer.terrain.numbering.key(n))[0]
+            )
+            renderer.choose(camera, 0.3)
+            loader, end = renderer.streaming.loader, time.monotonic() + 20
+            while not stored.read and time.monotonic() < end:
+                time.sleep(0.002)
+            new = np.where(np.indices((60, 80)).sum(0) % 2, 30.0, -30.0)
+            renderer.edit(slice(20, 80), slice(60, 140), new, settle=False)
+            stored.gate.set()
             stats = renderer.choose(camera, 0.3)
-        assert stats["complete"]
-        return achieved_px(renderer), stats["certified_max_error_px"]
+            while not stats["complete"] and time.monotonic() < end:
+                loader.wait(0.05)
+                stats = renderer.choose(camera, 0.3)
+            assert stats["complete"]
+            return achieved_px(renderer), stats["certified_max_error_px"]
 
 
 def test_a_page_that_was_read_before_an_edit_does_not_arrive_after_it(land):

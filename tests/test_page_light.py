@@ -29,21 +29,21 @@ DIRECTIONS = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.25, -1.0), (-1.0, 0.5), (1
 
 
 def load_all(renderer):
-    renderer.session.enter()
-    numbering = renderer.terrain.numbering
-    renderer.tables.load(map(numbering.key, range(numbering.total)))
+    with renderer.session:
+        numbering = renderer.terrain.numbering
+        renderer.tables.load(map(numbering.key, range(numbering.total)))
 
 
 def make_light(renderer, sun, keys):
     """Light of some pages for a sun (azimuth, elevation)."""
-    renderer.session.enter()
-    renderer.tables.load(keys)
-    light = renderer.picture.lighting.visibility
-    renderer.terrain.in_use = lambda: [*renderer.terrain.roots, *keys]
-    for _ in light.follow_steps(towards_sun(*sun)):
-        pass
-    assert light.missing == 0 and light.is_there
-    return light.sweep
+    with renderer.session:
+        renderer.tables.load(keys)
+        light = renderer.picture.lighting.visibility
+        renderer.terrain.in_use = lambda: [*renderer.terrain.roots, *keys]
+        for _ in light.follow_steps(towards_sun(*sun)):
+            pass
+        assert light.missing == 0 and light.is_there
+        return light.sweep
 
 
 def of_slot(renderer, texture, key, dtype):
@@ -57,9 +57,9 @@ def of_slot(renderer, texture, key, dtype):
 
 def sines_of(renderer, key):
     """Sines of the sun's horizon of a page's posts."""
-    renderer.session.enter()
-    sweep = renderer.picture.lighting.visibility.sweep
-    return of_slot(renderer, sweep.sun, key, "u2")[..., 0] / 32767.5 - 1
+    with renderer.session:
+        sweep = renderer.picture.lighting.visibility.sweep
+        return of_slot(renderer, sweep.sun, key, "u2")[..., 0] / 32767.5 - 1
 
 
 def degrees(sines):
@@ -88,8 +88,7 @@ def wall(tmp_path_factory):
 def test_horizons_of_a_page_are_those_of_its_twin(hills, towards):
     whole, path = hills
     stored = StoredMap(path)
-    with Renderer(stored, SIZE) as renderer:
-        renderer.session.enter()
+    with Renderer(stored, SIZE) as renderer, renderer.session:
         sweep = PageSweep(renderer.terrain)
         for key in ((0, 6, 7), (0, 0, 0), (1, 2, 8), (2, 1, 1)):
             windows = windows_of(stored, key)
@@ -211,8 +210,8 @@ def test_light_does_not_depend_on_what_came_before(hills):
             for camera in views:
                 renderer.draw(camera, 2.0, sun=(200, 20), **LIT)
             sweep, keys = renderer.picture.lighting.visibility.sweep, renderer.terrain.in_use()
-            renderer.session.enter()
-            found.append({k: [of_slot(renderer, t, k, d).copy() for t, d in pools(sweep)] for k in keys})
+            with renderer.session:
+                found.append({k: [of_slot(renderer, t, k, d).copy() for t, d in pools(sweep)] for k in keys})
     both = found[0].keys() & found[1].keys()  # finer pages of the first view may be used in place of coarse ones
     assert len(both) > 9
     for key in both:

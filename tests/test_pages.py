@@ -76,20 +76,20 @@ def choose(renderer, camera, **options):
 
 
 def patches_of(renderer):
-    renderer.session.enter()
-    selection = renderer.inspector.frame.selection
-    return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
+    with renderer.session:
+        selection = renderer.inspector.frame.selection
+        return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
 def load(renderer, keys):
-    renderer.session.enter()
-    renderer.tables.load(keys)
+    with renderer.session:
+        renderer.tables.load(keys)
 
 
 def seen_by(renderer):
     """The place of the map that each sample of the last picture sees: its depth."""
-    renderer.session.enter()
-    return renderer.picture.places()
+    with renderer.session:
+        return renderer.picture.places()
 
 
 def achieved(renderer):
@@ -236,9 +236,9 @@ def test_without_the_sums_of_its_pages_a_picture_is_another(hills):
         load(renderer, all_pages(renderer.heightmap))
         right = renderer.render(camera, 1.0, style="normals").image
         sums = renderer.terrain.height_sums
-        renderer.session.enter()
-        sums.write(bytes(sums.size))
-        assert (renderer.render(camera, 1.0, style="normals").image != right).any(-1).mean() > 0.1
+        with renderer.session:
+            sums.write(bytes(sums.size))
+            assert (renderer.render(camera, 1.0, style="normals").image != right).any(-1).mean() > 0.1
 
 
 @pytest.mark.parametrize("offset_m", [0.0, -3.7, 91234.0])

@@ -108,17 +108,17 @@ def test_what_patches_ask_for_is_what_loops_find(hills):
         for name in ("default", "valley", "high"):
             camera = standard_view(whole, name)
             keys = [terrain.numbering.key(int(n)) for n in rng.integers(0, terrain.numbering.total, 9)]
-            renderer.session.enter()
-            renderer.tables.load(keys)
-            renderer.streaming.select = lambda choose, camera, goal: (choose(camera), {})
-            selection = renderer.select(camera, SIZE, FrameOptions(0.5)).selection
-            patches = DrawnPatches(terrain, selection, camera)
-            numbers, worth = patches.wanted(Goal(0.5))
-            expected = wanted_by_loops(terrain, patches, 0.5)
-            assert expected
-            assert {terrain.numbering.key(int(n)) for n in numbers} == set(expected)
-            np.testing.assert_allclose(worth, [expected[terrain.numbering.key(int(n))] for n in numbers], rtol=1e-9)
-            assert (np.diff(worth) <= 0).all()
+            with renderer.session:
+                renderer.tables.load(keys)
+                renderer.streaming.select = lambda choose, camera, goal: (choose(camera), {})
+                selection = renderer.select(camera, SIZE, FrameOptions(0.5)).selection
+                patches = DrawnPatches(terrain, selection, camera)
+                numbers, worth = patches.wanted(Goal(0.5))
+                expected = wanted_by_loops(terrain, patches, 0.5)
+                assert expected
+                assert {terrain.numbering.key(int(n)) for n in numbers} == set(expected)
+                np.testing.assert_allclose(worth, [expected[terrain.numbering.key(int(n))] for n in numbers], rtol=1e-9)
+                assert (np.diff(worth) <= 0).all()
 
 
 def test_heights_of_resident_pages_are_those_that_are_drawn(hills):
@@ -128,10 +128,10 @@ def test_heights_of_resident_pages_are_those_that_are_drawn(hills):
         step, last = 1 << terrain.top_level, [n - 1 for n in heights.shape]
         posts = np.ix_(*(np.minimum(np.arange(0, n + step, step), n) for n in last))
         np.testing.assert_array_equal(terrain.filled[posts], heights[posts])
-        renderer.session.enter()
-        renderer.tables.load(map(terrain.numbering.key, range(terrain.numbering.total)))
-        np.testing.assert_array_equal(terrain.filled[:, :], heights)
-        assert terrain.filled[199, 260] == heights[199, 260]
+        with renderer.session:
+            renderer.tables.load(map(terrain.numbering.key, range(terrain.numbering.total)))
+            np.testing.assert_array_equal(terrain.filled[:, :], heights)
+            assert terrain.filled[199, 260] == heights[199, 260]
 
 
 # --- Loader threads ---------------------------------------------------------------------------------------------------
@@ -324,8 +324,7 @@ def test_whatever_the_source_does_the_bound_holds(hills, other, harm):
     stored = with_truth(StoredMap(path), whole.heights)
     bad = stored.arrays.read = Bad(stored, harm, other)
     rng, reasons = np.random.default_rng(1), set()
-    with flying(stored) as renderer:
-        renderer.session.enter()
+    with flying(stored) as renderer, renderer.session:
         for _ in range(12):
             x, y = rng.random(2) * whole.extent_m
             camera = Camera((x, y, whole.range_m[1] + 20), (*(rng.random(2) * whole.extent_m), 0))

@@ -3,6 +3,7 @@
 If a back end fails, one line says why: what is missing, what to install, which version was found.
 """
 
+import os
 import platform
 import warnings
 from collections.abc import Callable
@@ -12,6 +13,7 @@ import moderngl
 
 from ..basics.exceptions import NotInstalledError, TerrainError, UsageError
 from .apart import may_crash, try_apart
+from .current import remember
 from .loaders import OSMesaLoader, WindowLoader, glfw_error, glfw_library
 
 REQUIRED = 430  # compute shaders and storage buffers
@@ -52,6 +54,9 @@ def create_context(backend: str = "auto") -> moderngl.Context:
     """
     if backend != "auto" and backend not in _BACKENDS:
         raise UsageError(f"backend {backend!r}: expected one of auto, {', '.join(_BACKENDS)}")
+    if _processes - {os.getpid()}:
+        raise TerrainError("OpenGL was used before a fork, and would hang; start processes with spawn")
+    _processes.add(os.getpid())
     reasons = []
     for name in _BACKENDS if backend == "auto" else [backend]:
         try:
@@ -61,6 +66,9 @@ def create_context(backend: str = "auto") -> moderngl.Context:
         except TerrainError as error:
             reasons.append(str(error))
     raise TerrainError("no OpenGL context: " + "; ".join(reasons))
+
+
+_processes: set[int] = set()  # those that have made a context: this one, or before a fork its parent
 
 
 def probe_backends() -> list[Probe]:
@@ -103,6 +111,7 @@ def _with_loader(loader: Any, version: int) -> moderngl.Context:
 
 def _finish(ctx: moderngl.Context, name: str) -> moderngl.Context:
     ctx.extra = {"backend": name}
+    remember(ctx)
     _ = ctx.error  # moderngl queries the default framebuffer, which is an error if there is none
     return ctx
 

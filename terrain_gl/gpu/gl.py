@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from ctypes import POINTER, byref, c_float, c_int, c_int64, c_uint
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import moderngl
 
 from ..basics.exceptions import TerrainError
+from .calls import calls
 
 _LOWER_LEFT = 0x8CA1
 _ZERO_TO_ONE = 0x935F
@@ -21,7 +21,6 @@ _SAMPLES_PASSED = 0x8914
 _PRIMITIVES_GENERATED = 0x8C87
 _PRIMITIVES_WRITTEN = 0x8C88
 _TEXTURE0 = 0x84C0
-_CLIP_DISTANCE0 = 0x3000
 _TEXTURE_BUFFER = 0x8C2A
 _R32UI = 0x8236
 SOFTWARE = ("llvmpipe", "softpipe")  # names of Mesa's software renderers
@@ -102,31 +101,12 @@ def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> m
     return texture
 
 
-# kept, because every frame calls it, and listing extensions takes long
-_clip_controls: WeakKeyDictionary[moderngl.Context, Callable[[int, int], None] | None] = WeakKeyDictionary()
-
-
-@contextmanager
-def depth_clamped(ctx: moderngl.Context, least: float) -> Iterator[None]:
-    """Clamp depths of fragments to the range from `least` to 1; shaders cut triangles by gl_ClipDistance[0]."""
-    ctx.depth_clamp_range = least, 1.0
-    ctx.enable_direct(_CLIP_DISTANCE0)
-    try:
-        yield
-    finally:
-        ctx.disable_direct(_CLIP_DISTANCE0)
-        ctx.depth_clamp_range = None
-
-
 def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
     """Make clip-space depth run from 0 to 1, as reversed depth needs; False if the driver cannot."""
-    if ctx not in _clip_controls:
-        has_it = ctx.version_code >= 450 or "GL_ARB_clip_control" in ctx.extensions
-        _clip_controls[ctx] = function(ctx, "glClipControl", None, c_uint, c_uint) if has_it else None
-    control = _clip_controls[ctx]
-    if control:
-        control(_LOWER_LEFT, _ZERO_TO_ONE)
-    return control is not None
+    call = calls(ctx)
+    if call.has_clip_control:
+        call.ClipControl(_LOWER_LEFT, _ZERO_TO_ONE)
+    return call.has_clip_control
 
 
 def use_default_framebuffer(ctx: moderngl.Context) -> None:

@@ -18,6 +18,7 @@ import os
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Unpack, cast
+from weakref import finalize
 
 import moderngl
 import numpy as np
@@ -29,6 +30,7 @@ from ..camera.pieces import Piece, cut
 from ..error import ErrorTables
 from ..files.edits import write_edits
 from ..gpu.context import backend_name, create_context
+from ..gpu.current import kept
 from ..gpu.session import Session, in_session, steps_in_session
 from ..heightmap import Heightmap
 from ..image import png_bytes, reduced
@@ -65,8 +67,8 @@ class Renderer:
     backend
         "egl", "osmesa", "glfw" (needs a display), or "auto" for the first of these that works.
     ctx
-        A moderngl context to use; by default a new one is made. Drawing changes its state: clip-space depth from 0 to
-        1, a reversed depth test, patches of one vertex.
+        A moderngl context to use; by default a new one is made. After every call, the context that was current is so
+        again, and a context of yours has the state of OpenGL that it had before.
     build
         Build all tables at once. If False, take all steps of `build_steps` before you draw.
 
@@ -99,16 +101,18 @@ class Renderer:
         ctx: moderngl.Context | None = None,
         build: bool = True,
     ) -> None:
-        self.session = Session(ctx or create_context(backend), owned=ctx is None)
+        with kept():  # a new context is current at once
+            self.session = Session(ctx or create_context(backend), owned=ctx is None)
+        finalize(self, self.session.release_if_dropped).atexit = False
         self.ctx = self.session.ctx
-        # read once, because `info` asks the driver for dozens of limits, not only for the name
-        self._gl = {"gl_renderer": self.ctx.info["GL_RENDERER"], "backend": backend_name(self.ctx)}
-        self.resources = GpuResources(self.session)
+        with self.session:  # read once, because `info` asks the driver for dozens of limits, not only for the name
+            self._gl = {"gl_renderer": self.ctx.info["GL_RENDERER"], "backend": backend_name(self.ctx)}
+            self._laid = self.session.keep(OverlayLines(self.ctx))
+            self.resources = GpuResources(self.session)
         self.timer = self.resources.timer
         self.inspector = Inspector(self.resources)
         self.editor = Editor(self.resources, self.forget)
         self._overlays: tuple[Overlay, ...] = ()
-        self._laid = self.session.keep(OverlayLines(self.ctx))
         self._drawn: tuple[Camera, float, Piece] | None = None  # the view of the last piece, and its near plane
         self._size = size
         self.build_steps = self.resources.build_steps(heightmap, size)

@@ -1,0 +1,188 @@
+"""Which OpenGL context is current in this thread, whoever made it; and how to give it back.
+
+moderngl makes a context current, but does not say whether that worked, and on EGL it does not give back the one before.
+So we ask the library of the window system: EGL, GLX, WGL or OSMesa.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from ctypes import byref, c_int, c_uint, c_void_p
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar
+from weakref import WeakKeyDictionary
+
+import moderngl
+
+_RESIDENT = getattr(os, "RTLD_NOLOAD", 0)  # only libraries that the process has loaded already
+_DRAW, _READ = 0x3059, 0x305A
+_UNSIGNED_BYTE = 0x1401
+
+
+@cache
+def _library(name: str) -> Any:
+    return ctypes.CDLL(name, mode=_RESIDENT)
+
+
+def _call(library: str, name: str, *arguments: Any) -> int:
+    """Call a function of handles; 0 if the process has not loaded the library."""
+    try:
+        function = getattr(_library(library), name)
+    except (OSError, AttributeError):
+        return 0
+    function.restype = c_void_p
+    return function(*[c_void_p(each) if isinstance(each, int) else each for each in arguments]) or 0
+
+
+@dataclass(frozen=True)
+class Current:
+    """A context that was current, and the surfaces it drew to."""
+
+    context: int
+    others: tuple[int, ...] = ()
+
+    library: ClassVar[str]
+
+    @classmethod
+    def now(cls) -> Current | None:
+        """The current context of this window system."""
+        raise NotImplementedError
+
+    def is_current(self) -> bool:
+        """Whether it is the current context of this thread."""
+        now = self.now()
+        return now is not None and now.context == self.context
+
+    def restore(self) -> None:
+        """Make it current again."""
+        raise NotImplementedError
+
+    def let_go(self) -> None:
+        """Make no context of this window system current."""
+        raise NotImplementedError
+
+
+class _Egl(Current):
+    library = "libEGL.so.1"
+
+    @classmethod
+    def now(cls) -> Current | None:
+        context = _call(cls.library, "eglGetCurrentContext")
+        if not context:
+            return None
+        draw, read = (_call(cls.library, "eglGetCurrentSurface", which) for which in (_DRAW, _READ))
+        return cls(context, (_call(cls.library, "eglGetCurrentDisplay"), draw, read))
+
+    def restore(self) -> None:
+        display, draw, read = self.others
+        _call(self.library, "eglMakeCurrent", display, draw, read, self.context)
+
+    def let_go(self) -> None:
+        _call(self.library, "eglMakeCurrent", self.others[0], 0, 0, 0)
+
+
+class _Glx(Current):
+    library = "libGL.so.1"
+
+    @classmethod
+    def now(cls) -> Current | None:
+        context = _call(cls.library, "glXGetCurrentContext")
+        if not context:
+            return None
+        names = ("glXGetCurrentDisplay", "glXGetCurrentDrawable", "glXGetCurrentReadDrawable")
+        return cls(context, tuple(_call(cls.library, name) for name in names))
+
+    def restore(self) -> None:
+        display, draw, read = self.others
+        _call(self.library, "glXMakeContextCurrent", display, draw, read, self.context)
+
+    def let_go(self) -> None:
+        _call(self.library, "glXMakeContextCurrent", self.others[0], 0, 0, 0)
+
+
+class _OSMesa(Current):
+    library = "libOSMesa.so.8"
+
+    @classmethod
+    def now(cls) -> Current | None:
+        context = _call(cls.library, "OSMesaGetCurrentContext")
+        if not context:
+            return None
+        width, height, form, pixels = c_int(), c_int(), c_int(), c_void_p()
+        places = byref(width), byref(height), byref(form), byref(pixels)
+        _call(cls.library, "OSMesaGetColorBuffer", context, *places)
+        return cls(context, (pixels.value or 0, width.value, height.value))
+
+    def restore(self) -> None:
+        pixels, width, height = self.others
+        size = c_int(width), c_int(height)
+        _call(self.library, "OSMesaMakeCurrent", self.context, pixels, c_uint(_UNSIGNED_BYTE), *size)
+
+    def let_go(self) -> None:
+        _call(self.library, "OSMesaMakeCurrent", 0, 0, c_uint(0), c_int(0), c_int(0))
+
+
+class _Wgl(Current):
+    library = "opengl32"
+
+    @classmethod
+    def now(cls) -> Current | None:
+        context = _call(cls.library, "wglGetCurrentContext")
+        return cls(context, (_call(cls.library, "wglGetCurrentDC"),)) if context else None
+
+    def restore(self) -> None:
+        _call(self.library, "wglMakeCurrent", self.others[0], self.context)
+
+    def let_go(self) -> None:
+        _call(self.library, "wglMakeCurrent", 0, 0)
+
+
+# OSMesa first: while it draws, EGL may still count a context as current
+_SYSTEMS: tuple[type[Current], ...] = (_Wgl,) if sys.platform == "win32" else (_OSMesa, _Egl, _Glx)
+_known: WeakKeyDictionary[moderngl.Context, Current] = WeakKeyDictionary()
+
+
+def current() -> Current | None:
+    """The context that is current in this thread, whoever made it."""
+    return next(filter(None, (system.now() for system in _SYSTEMS)), None)
+
+
+def remember(ctx: moderngl.Context) -> None:
+    """Note the handle of a context that was just made, and so is current."""
+    now = current()
+    if now:
+        _known[ctx] = now
+
+
+def handle_of(ctx: moderngl.Context) -> Current | None:
+    """The handle of a context; None if the window system is not known."""
+    if ctx not in _known:  # a context of the caller
+        with kept():
+            ctx.__enter__()  # type: ignore[no-untyped-call]
+            remember(ctx)
+    return _known.get(ctx)
+
+
+def switch(before: Current | None, to: Current | None) -> None:
+    """Make another context current, or none."""
+    if before and (to is None or type(before) is not type(to)):
+        before.let_go()  # a window system refuses while another one has a current context
+    if to:
+        to.restore()
+
+
+@contextmanager
+def kept() -> Iterator[None]:
+    """Whatever the block makes current, the context that was current before is so again."""
+    before = current()
+    try:
+        yield
+    finally:
+        now = current()
+        if now != before:
+            switch(now, before)
