@@ -17,10 +17,10 @@ import moderngl
 import numpy as np
 
 from .basics.rect import Rect
-from .gpu import gl, layout, shaders
+from .gpu import gl, layout
 from .gpu.bindings import bind
 from .gpu.layout import FINE_LEVELS, Level
-from .gpu.passes import Resources
+from .gpu.passes import ComputePass, Resources
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
@@ -58,7 +58,7 @@ class ErrorTables:
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        self._kernels: dict[tuple[str, int, bool], Any] = {}  # by name, level (at most 2), existence of voids
+        self._kernels: dict[tuple[str, int, bool], ComputePass] = {}  # by name, level (at most 2), existence of voids
         self._sat8 = SummedAreaTables(ctx, 8)
         self._sat64 = SummedAreaTables(ctx, 64)
         self._reserve()
@@ -196,30 +196,29 @@ class ErrorTables:
     def _update_nodes(self, j: int, nodes: Nodes, posts: Rect) -> None:
         """Recompute a rectangle of nodes of level j after a change of `posts`."""
         x, y, width, height = nodes
-        self.terrain.bind()
-        bind("error/fine.comp", Nodes=self.nodes, Gains=self.gains, Ranges=self.ranges)
+        records = {"Nodes": self.nodes, "Gains": self.gains, "Ranges": self.ranges}
         if j <= FINE_LEVELS:
             # the map's rim may cut off the last column and the last row of nodes
             last_x, last_y = self.terrain.all_posts[2:] if j <= SMALL_LEVELS else (0, 0)
             whole = np.clip(((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)).tolist()
-            self._run("small", j, (x, y, *whole), whole)
-            self._run("fine", j, (x + whole[0], y, width - whole[0], height), (width - whole[0], height))
-            self._run("fine", j, (x, y + whole[1], whole[0], height - whole[1]), (whole[0], height - whole[1]))
+            self._run("small", j, (x, y, *whole), whole, records)
+            self._run("fine", j, (x + whole[0], y, width - whole[0], height), (width - whole[0], height), records)
+            self._run("fine", j, (x, y + whole[1], whole[0], height - whole[1]), (whole[0], height - whole[1]), records)
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
         moved = self.ctx.buffer(bytes(width * height * 4))
-        bind("error/join.comp", Blocks=self.blocks, Gathering=gathering, Cuts=self.cuts, Moved=moved)
+        coarse = {"Blocks": self.blocks, "Cuts": self.cuts, "Moved": moved}
+        gathered = coarse | {"Gathering": gathering}
         blocks = width << j - FINE_LEVELS, height << j - FINE_LEVELS
-        self._run("cut", j, nodes, (4 * width * height,))
-        self._run("gather", j, nodes, blocks, u_posts=posts)
-        self._run("join", j, nodes, blocks)
-        self._run("write", j, nodes, (width * height,))
+        self._run("cut", j, nodes, (4 * width * height,), coarse)
+        self._run("gather", j, nodes, blocks, coarse, posts=posts)
+        self._run("join", j, nodes, blocks, gathered)
+        self._run("write", j, nodes, (width * height,), gathered | records)
         gathering.release()
         moved.release()
 
     def _update_tables(self, j: int, posts: Rect) -> None:
         """Recount a level's tiles that changed, and update the sums."""
-        self.terrain.bind()
         level = self.terrain.levels[j]
         x, y, width, height = _touched(level, posts, j)
         tile = level.count_tile
@@ -246,35 +245,32 @@ class ErrorTables:
         self, j: int, x: int, y: int, counters: moderngl.Buffer, counts: Table, squares: moderngl.Buffer, sums: Table
     ) -> None:
         """Write the values that the two tables sum, for tiles from (x, y) on."""
-        bind("error/count.comp", Nodes=self.nodes, Counters=counters, Squares=squares)
+        tables = {"Nodes": self.nodes, "Counters": counters, "Squares": squares}
         tiles = x, y, counts.width, counts.height
-        self._run("count", j, tiles, counts[:2], u_first_counter=counts.first, u_first_square=sums.first)
+        self._run("count", j, tiles, counts[:2], tables, first_counter=counts.first, first_square=sums.first)
 
-    def _run(self, name: str, j: int, nodes: Nodes, threads: Sequence[int], **uniforms: Any) -> None:
+    def _run(self, name: str, j: int, nodes: Nodes, threads: Sequence[int], tables: Resources, **uniforms: Any) -> None:
         """Run a kernel over a rectangle of nodes of level j."""
         if 0 in threads:
             return
-        kernel = self._kernel(name, j)
-        place = {"u_which_level": j, "u_first": nodes[:2], "u_count": nodes[2:]}
-        for key, value in (place | uniforms).items():
-            kernel[key] = value
-        kernel.run(*_groups(threads))
+        place = {"which_level": j, "first": nodes[:2], "count": nodes[2:]}
+        self._kernel(name, j).run(_groups(threads), {**self.terrain.resources, **tables}, place | uniforms)
         self.ctx.memory_barrier(_BARRIER)
 
-    def _kernel(self, name: str, j: int) -> Any:
+    def _kernel(self, name: str, j: int) -> ComputePass:
         """The shader of a pass; the shaders of small nodes are compiled for each level."""
         level = min(j, SMALL_LEVELS) if name in ("small", "fine") else SMALL_LEVELS
         key = name, level, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
             defines = {"LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
-            self._kernels[key] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
+            self._kernels[key] = ComputePass(self.ctx, f"error/{name}.comp", defines)
         return self._kernels[key]
 
 
 def _groups(threads: Sequence[int]) -> list[int]:
     """Work groups for so many threads: a group has 8 × 8 threads, or 64 in a row."""
     side = 64 if len(threads) == 1 else 8
-    return [-(-n // side) for n in threads]
+    return [*(-(-n // side) for n in threads), 1, 1][:3]
 
 
 def _touched(level: Level, posts: Rect, j: int) -> Nodes:

@@ -232,7 +232,7 @@ def tables_of(renderer):
 
 def check_rebuild(renderer):
     """The GPU's resources equal those of a map that had these heights from the beginning."""
-    with tg.Renderer(renderer.heightmap, SIZE) as fresh:
+    with tg.Renderer(renderer.heightmap, SIZE) as fresh, fresh.session:
         expected = tables_of(fresh), fresh.picture.sums.buffer.read(), fresh.terrain.heights.read()
     with renderer.ctx:
         assert (tables_of(renderer), renderer.picture.sums.buffer.read(), renderer.terrain.heights.read()) == expected

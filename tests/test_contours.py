@@ -81,7 +81,7 @@ def test_labels_give_the_height_of_the_land_where_they_are():
     y, x = np.mgrid[0:121, 0:241]
     hill = Heightmap((600 * np.exp(-((x - 120) ** 2 + (y - 60) ** 2) / 900)).astype("f4"), 10.0)
     size, camera = (640, 360), Camera((1200.0, -700.0, 900.0), (1200.0, 600.0, 200.0), 45.0)
-    with Renderer(hill, size) as renderer:
+    with Renderer(hill, size) as renderer, renderer.session:
         assert renderer.contour_labels(10.0) == []
         renderer.render(camera, style="lambert", contour_m=10.0)
         labels = renderer.contour_labels(10.0)

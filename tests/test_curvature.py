@@ -197,7 +197,7 @@ def test_the_horizon_of_a_plain_is_where_geometry_puts_it(refraction):
     """Over a sphere, the horizon is √(2 R h) away and √(2 h / R) below the horizontal."""
     plain, height_m = Heightmap(np.zeros((151, 151)), 4000.0), 3000.0
     radius_m = EARTH_M / (1 - refraction)
-    with Renderer(plain, (64, 360)) as renderer:
+    with Renderer(plain, (64, 360)) as renderer, renderer.session:
         camera = Camera((3e5, 1e3, height_m), (3e5, 2e3, height_m), 8.0)
         stats = renderer.draw(camera, 0.5, curvature="on", refraction=refraction, style="normals", surroundings="none")
         assert stats["curvature_radius_m"] == pytest.approx(radius_m)

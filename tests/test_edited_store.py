@@ -340,7 +340,7 @@ def test_edits_keep_the_limit_of_memory(land):
 def test_heights_out_of_the_range_are_converted_and_bounded(land, alone):
     heights, path = land
     rng = np.random.default_rng(2)
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         load_some(renderer, rng)
         before = renderer.heightmap.quantised_m
         renderer.edit(70, slice(90, 94), 33.0)
@@ -397,7 +397,7 @@ class Slow(StoredMap):
 def late_page_px(path, heights):
     """Edit while pages are being read, then let them arrive; returns achieved and certified error."""
     stored = Slow(path)
-    with Renderer(stored, SIZE) as renderer:
+    with Renderer(stored, SIZE) as renderer, renderer.session:
         renderer.streaming.waits = False
         camera = Camera((150, 180, 60), (210, 200, 0), 50)
         with renderer.session:

@@ -212,7 +212,7 @@ def test_voids_of_a_store_hide_nothing(tmp_path):
     from terrain_gl.store.opened import StoredMap
 
     build(broken_ridge(), tmp_path / "s", tile=64, shard=256, spacing_m=SPACING_M)
-    with tg.Renderer(StoredMap(tmp_path / "s"), (160, 90)) as renderer:
+    with tg.Renderer(StoredMap(tmp_path / "s"), (160, 90)) as renderer, renderer.session:
         on, off = both(renderer, BEFORE_THE_RIDGE)
         np.testing.assert_array_equal(on.image, off.image)
         assert on.stats["complete"] and on.stats["patches_hidden"] > 0
@@ -264,7 +264,7 @@ def test_a_store_hides_land_with_any_of_its_pages(tmp_path, monkeypatch):
         "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
     )
     rng = np.random.default_rng(5)
-    with tg.Renderer(StoredMap(tmp_path / "s"), SIZE) as renderer:
+    with tg.Renderer(StoredMap(tmp_path / "s"), SIZE) as renderer, renderer.session:
         for _ in range(4):
             level = int(rng.integers(0, renderer.heightmap.top))
             rows, cols = renderer.heightmap.pages(level)

@@ -206,7 +206,7 @@ def test_light_does_not_depend_on_what_came_before(hills):
     first, then = (standard_view(whole, name) for name in ("default", "ridge"))
     found = []
     for views in ([then], [first, then]):
-        with Renderer(StoredMap(path), SIZE) as renderer:
+        with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
             for camera in views:
                 renderer.draw(camera, 2.0, sun=(200, 20), **LIT)
             sweep, keys = renderer.picture.lighting.visibility.sweep, renderer.terrain.in_use()
@@ -226,7 +226,7 @@ def pools(sweep):
 def test_the_sun_moves_without_the_sky(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         renderer.draw(camera, 4.0, sun=(100, 15), **LIT)
         sweep = renderer.picture.lighting.visibility.sweep
         sun, sky = (texture.read() for texture, _ in pools(sweep))
@@ -295,7 +295,7 @@ def test_a_flight_compiles_nothing_when_light_comes(hills, monkeypatch, rehearse
         monkeypatch.setattr(page_light.PageVisibility, "rehearse", lambda self: False)
     whole, path = hills
     camera = standard_view(whole, "default")
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         renderer.streaming.waits = False
         renderer.draw(camera, FINE_PX, **LIT)
         picture, end = renderer.picture, time.monotonic() + 80
@@ -312,7 +312,7 @@ def test_a_flight_compiles_nothing_when_light_comes(hills, monkeypatch, rehearse
 def test_a_page_that_comes_is_lit_by_the_page_above_until_it_has_light(hills):
     whole, path = hills
     camera = Camera((200, 150, 200), (260, 200, 0))
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         renderer.draw(camera, 8.0, **LIT)
         terrain = renderer.terrain
         before = {key for key in terrain.slot_of if terrain.is_lit(key)}
@@ -337,7 +337,7 @@ def test_normals_of_coarse_pages_have_no_steps(tmp_path, alone):
     """On a parabola the slope grows evenly. With boxes smaller than a cell it would jump at every 8th post."""
     x = np.arange(129, dtype=np.float32) - 64
     build(np.broadcast_to(0.005 * x * x, (129, 129)).copy(), tmp_path / "s", tile=16, shard=64, spacing_m=1.0)
-    with Renderer(StoredMap(tmp_path / "s"), (96, 54)) as renderer:
+    with Renderer(StoredMap(tmp_path / "s"), (96, 54)) as renderer, renderer.session:
         assert renderer.terrain.top_level >= 3  # the coarsest pages alone
         above = Camera((64, 64, 120), (64, 64.01, 0), fov_deg=40)
         red = renderer.render(above, 1.0, style="normals").image[27, 8:-8, 0].astype(int)

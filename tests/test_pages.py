@@ -113,7 +113,7 @@ def check_equal(maps, views, metrics, **options):
     """With all pages, patches, certificates, depths and pictures are those of the whole map."""
     whole, path = maps
     rng = np.random.default_rng(3)
-    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
+    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other, other.session:
         load(other, all_pages(other.heightmap))
         assert len(other.terrain.slot_of) == len(all_pages(other.heightmap))
         for number in range(views):
@@ -232,7 +232,7 @@ def test_lines_lie_on_the_land_of_a_store_as_in_memory(hills):
 def test_without_the_sums_of_its_pages_a_picture_is_another(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         load(renderer, all_pages(renderer.heightmap))
         right = renderer.render(camera, 1.0, style="normals").image
         sums = renderer.terrain.height_sums
@@ -282,7 +282,7 @@ def test_whatever_is_there_of_steep_maps_achieves_what_is_certified(steep, metri
 def test_a_view_loads_what_it_needs_and_no_more(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         for error_px, least in ((8.0, 0), (0.4, 1)):
             before = len(renderer.terrain.slot_of)
             stats = renderer.draw(camera, error_px, style="lambert")
@@ -303,7 +303,7 @@ def test_a_repeatable_picture_does_not_depend_on_earlier_ones(hills, gpu_kib):
     def picture():
         return renderer.render(above, 2.0, style="normals").image
 
-    with Renderer(stored, SIZE) as renderer:
+    with Renderer(stored, SIZE) as renderer, renderer.session:
         alone = picture()
         renderer.draw(here, 0.3, style="normals")
         changed = picture()
@@ -324,7 +324,7 @@ def test_a_small_pool_is_never_exceeded_and_says_what_has_no_room(hills):
     whole, path = hills
     stored = StoredMap(path)
     stored.gpu_bytes = 300 << 10
-    with Renderer(stored, SIZE) as renderer:
+    with Renderer(stored, SIZE) as renderer, renderer.session:
         stats = renderer.draw(standard_view(whole, "default"), 0.2, style="lambert")
         assert renderer.terrain.slots < len(all_pages(stored))
         assert stats["tiles_resident"] <= renderer.terrain.slots
@@ -338,7 +338,7 @@ def test_a_pool_that_is_full_of_other_places_makes_room(hills):
     stored = StoredMap(path)
     stored.gpu_bytes = 420 << 10
     width, depth = whole.extent_m
-    with Renderer(stored, SIZE) as renderer:
+    with Renderer(stored, SIZE) as renderer, renderer.session:
         seen = set()
         for x, y in ((0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9), (0.1, 0.1)):
             eye = x * width, y * depth, whole.range_m[1] + 20
@@ -416,7 +416,7 @@ class Watched(Endless):
 def test_a_map_of_eighteen_thousand_million_posts_is_drawn_and_measured():
     endless = Watched()
     assert math.prod(endless.heights.shape) == 18_000_000_000
-    with Renderer(endless, SIZE) as renderer:
+    with Renderer(endless, SIZE) as renderer, renderer.session:
         for camera in (over_middle(endless, 300.0, 500.0), over_middle(endless, 40_000.0, 9000.0)):
             stats = renderer.draw(camera, 2.0, style="lambert")
             assert stats["complete"] and stats["certified_max_error_px"] <= 2.0

@@ -68,7 +68,7 @@ def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
     """In steps. If it is given up, nothing has changed. At the end, tables and picture equal those of a rebuild."""
     land = tg.Heightmap(heightmap.heights + base_m, (20.0, 30.0))
     camera = tg.Camera.default(land)
-    with tg.Renderer(land, SIZE) as r:
+    with tg.Renderer(land, SIZE) as r, r.session:
         before, nodes = r.render(camera).image, r.tables.nodes.read()
         given_up = r.editor.headroom_steps(500.0, 100.0)
         next(given_up)
@@ -82,7 +82,7 @@ def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
         wide = tg.Heightmap(land.heights, (20.0, 30.0))
         wide.quantised_m = r.heightmap.quantised_m
         image, made = r.render(camera).image, read_tables(r)
-        with tg.Renderer(wide, SIZE) as rebuilt:
+        with tg.Renderer(wide, SIZE) as rebuilt, rebuilt.session:
             assert (rebuilt.render(camera).image == image).all() and read_tables(rebuilt) == made
         r.edit(slice(3, 9), slice(4, 8), land.heights.max() + 450.0)
         assert r.terrain.heightmap.quantised_m == wide.quantised_m  # there was room
@@ -91,7 +91,7 @@ def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
 @pytest.mark.parametrize("metres", [1e39, 1e300])
 def test_room_for_heights_that_no_edit_may_have_ends_where_edits_do(heightmap, metres):
     camera = tg.Camera.default(heightmap)
-    with tg.Renderer(heightmap, SIZE) as r:
+    with tg.Renderer(heightmap, SIZE) as r, r.session:
         r.editor.make_headroom(metres, 10.0)
         assert r.terrain.heightmap.quantised_m == (r.heightmap.range_m[0] - 10.0, MAX_HEIGHT_M)
         r.draw(camera, 4.0, style=UNLIT)
@@ -115,7 +115,7 @@ def test_room_of_no_number_of_metres_is_refused(heightmap, up_m, down_m):
 def test_an_edit_ends_the_making_of_room(heightmap, portions):
     """If the edit were not noticed, tables of mixed heights would be used."""
     place = np.s_[10:20], np.s_[10:30]
-    with tg.Renderer(heightmap, SIZE) as r, tg.Renderer(heightmap, SIZE) as other:
+    with tg.Renderer(heightmap, SIZE) as r, tg.Renderer(heightmap, SIZE) as other, other.session:
         room = r.editor.headroom_steps(500.0, 100.0)
         deque(itertools.islice(room, portions), maxlen=0)
         for each in (r, other):
@@ -146,12 +146,12 @@ def test_edit_gives_the_tables_and_the_picture_of_a_rebuild(heightmap):
     heights[20:32, 50:59] = new
     camera = tg.Camera.default(heightmap)
     rebuilt = tg.Heightmap(heights, (20.0, 30.0))
-    with tg.Renderer(heightmap, SIZE) as edited:
+    with tg.Renderer(heightmap, SIZE) as edited, edited.session:
         edited.render(camera)
         edited.edit(slice(20, 32), slice(50, 59), new)
         after = [getattr(edited.tables, name).read() for name in ("nodes", "ranges", "counters", "squares")]
         rebuilt.quantised_m = edited.heightmap.quantised_m
-        with tg.Renderer(rebuilt, SIZE) as built:
+        with tg.Renderer(rebuilt, SIZE) as built, built.session:
             image = built.render(camera).image
             assert after == [getattr(built.tables, name).read() for name in ("nodes", "ranges", "counters", "squares")]
         assert (edited.render(camera).image == image).all()
@@ -452,7 +452,7 @@ def test_building_given_up_leaves_nothing(ctx):
 
 def test_error_map_shows_the_measured_errors(heightmap):
     camera = tg.Camera((960, 960, 4000), (960, 961, 0))
-    with tg.Renderer(heightmap, (200, 150)) as r:
+    with tg.Renderer(heightmap, (200, 150)) as r, r.session:
         r.draw(camera, 4.0, style=UNLIT)
         achieved = r.measure()
         errors = r.inspector.error_map()
@@ -469,7 +469,7 @@ def test_error_map_shows_the_measured_errors(heightmap):
 
 def test_places_and_sky_of_a_picture(heightmap):
     camera = tg.Camera((960, 960, 9000), (960, 961, 0))
-    with tg.Renderer(heightmap, (200, 150)) as r:
+    with tg.Renderer(heightmap, (200, 150)) as r, r.session:
         r.draw(camera)
         places, sky = r.picture.places(), r.picture.sky_share()
         assert ((places[..., 0] < 0).mean(0) == sky).all()
@@ -484,7 +484,7 @@ def test_a_picture_in_portions_is_the_same(heightmap, monkeypatch):
     monkeypatch.setattr("terrain_gl.camera.pieces.cut.__defaults__", (1, 48))  # a large picture comes in pieces
     camera = tg.Camera.default(heightmap)
     for how in ({}, {"style": "lod", "wires": True}, {"method": "clipmap", "style": "normals"}):
-        with tg.Renderer(heightmap, (150, 101)) as r:
+        with tg.Renderer(heightmap, (150, 101)) as r, r.session:
             whole = r.render(camera, 2.0, **how)
             r.draw(camera, 50.0)
             shares, drawing = [], r.draw_steps(camera, 2.0, **how)

@@ -59,7 +59,7 @@ def test_a_budget_of_a_store_is_spent_about_as_well_as_that_of_the_whole_map(hil
 def test_a_budget_loads_no_more_than_it_can_use(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         few, many = (renderer.draw(camera, triangles=n, style=UNLIT)["tiles_resident"] for n in (900, 6000))
         assert len(renderer.terrain.roots) < few < many
 
@@ -113,7 +113,7 @@ def largest_error_m(heightmap, corners, n=16):
 
 def test_a_whole_store_within_metres(hills):
     whole, path = hills
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         for asked_m in (6.0, 0.5):
             corners, stats = renderer.inspector.triangulate(asked_m)
             assert stats["complete"] and stats["certified_max_error_m"] <= asked_m == stats["requested_max_error_m"]

@@ -135,7 +135,7 @@ def test_rims_of_holes_are_sharp_though_the_land_is_flat(tmp_path):
     camera = Camera((200, 199, 150), (200, 200, 0), 50.0)
     with Renderer(Heightmap(heights, 2.0), SIZE) as renderer:
         right = renderer.render(camera, 1.0, style="depth", voids="hole").image
-    with Renderer(StoredMap(tmp_path / "s"), SIZE) as renderer:
+    with Renderer(StoredMap(tmp_path / "s"), SIZE) as renderer, renderer.session:
         found = renderer.render(camera, 1.0, style="depth", voids="hole")
         assert found.stats["complete"]
         renderer.terrain.is_mixed = lambda numbers: np.zeros(numbers.shape, bool)

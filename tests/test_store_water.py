@@ -57,7 +57,7 @@ def test_pictures_show_the_water(maps):
     mine, path = maps
     camera = Camera((2600, -1500, 1500), (2600, 2000, 0))
     how = {"look": "alpine", "style": "shaded", "sun": (180.0, 60.0)}
-    with Renderer(mine, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
+    with Renderer(mine, SIZE) as one, Renderer(StoredMap(path), SIZE) as other, other.session:
         load(other, all_pages(other.heightmap))
         expected, found = (pixels(renderer, camera, 1.0, how).astype(float) for renderer in (one, other))
         other.terrain.heightmap.sea_m = None

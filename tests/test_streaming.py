@@ -103,7 +103,7 @@ def wanted_by_loops(terrain, patches, tolerance_px):
 def test_what_patches_ask_for_is_what_loops_find(hills):
     whole, path = hills
     rng = np.random.default_rng(2)
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         terrain = renderer.terrain
         for name in ("default", "valley", "high"):
             camera = standard_view(whole, name)
@@ -123,7 +123,7 @@ def test_what_patches_ask_for_is_what_loops_find(hills):
 
 def test_heights_of_resident_pages_are_those_that_are_drawn(hills):
     whole, path = hills
-    with Renderer(StoredMap(path), SIZE) as renderer:
+    with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         terrain, heights = renderer.terrain, whole.heights
         step, last = 1 << terrain.top_level, [n - 1 for n in heights.shape]
         posts = np.ix_(*(np.minimum(np.arange(0, n + step, step), n) for n in last))
@@ -182,7 +182,7 @@ def test_pages_on_their_way_keep_the_limit_of_memory(hills):
 def test_heights_of_resident_pages_keep_the_limit_of_memory(hills):
     stored = StoredMap(hills[1])
     stored.limit(8 << 20, 200 << 10)
-    with Renderer(stored, SIZE) as renderer:
+    with Renderer(stored, SIZE) as renderer, renderer.session:
         stats = renderer.choose(standard_view(hills[0], "default"), 2.0)
         assert renderer.terrain.filled.copies.nbytes <= 100 << 10
         assert stats["gpu_bytes"]["heights"] + stats["gpu_bytes"]["sat"] <= 8 << 20

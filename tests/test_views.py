@@ -85,7 +85,7 @@ def test_valley_avoids_a_sight_that_is_blocked():
 
 def test_high_sees_the_middle_and_no_sky_above_a_square_map():
     heightmap = tg.Heightmap(rough(200, 200, 2), 10.0)
-    with tg.Renderer(heightmap, SIZE) as r:
+    with tg.Renderer(heightmap, SIZE) as r, r.session:
         r.draw(standard_view(heightmap, "high"), style=UNLIT)
         assert r.picture.coverage().mean() > 0.8
 

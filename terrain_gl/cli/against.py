@@ -128,7 +128,8 @@ def _patch_at(
     if max(size) > LARGEST:
         return None
     renderer.draw(**scene.view(style=UNLIT))
-    of_samples = renderer.picture.places()[:, pixel[1], pixel[0]]
+    with renderer.session:
+        of_samples = renderer.picture.places()[:, pixel[1], pixel[0]]
     on_land = of_samples[(of_samples >= 0).all(-1)]
     if not len(on_land):
         return None

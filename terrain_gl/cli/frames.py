@@ -93,7 +93,8 @@ class Drawing:
         image = frame.image[..., :3]
         names = overlays.names(asked.camera.size, renderer.labels())
         stamp(image, 0, [*names, *furniture.of(asked, scene.heightmap, pose.camera)])
-        numbers["sees_land"] = renderer.picture.sees_land()
+        with renderer.session:
+            numbers["sees_land"] = renderer.picture.sees_land()
         return Drawn(image, numbers, {key: stats[key] for key in OF_FLIGHT})
 
     def close(self) -> None:

@@ -90,7 +90,8 @@ def make_renderer(
     renderer = Renderer(scene.heightmap, size or asked.camera.size, asked.output.backend, build=False)
     try:
         if lit and scene.frame.shading.is_lit and not scene.heightmap.is_store:
-            check_room(renderer.ctx, scene.heightmap)
+            with renderer.session:
+                check_room(renderer.ctx, scene.heightmap)
         drain(renderer.build_steps)
         stores.rebuild(renderer)
     except BaseException:

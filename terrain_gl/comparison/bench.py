@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..film.tour import tour
+from ..gpu.session import in_session
 from ..renderer import Renderer
 from ..renderer.brush import Brush, Sculptor
 
@@ -20,6 +21,7 @@ TINY = (16, 16)  # size of the picture whose time in Python is measured
 ENOUGH_S = 4.0  # a measurement that took this long is not repeated again
 
 
+@in_session
 def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
     """Time everything in one run; each number is the median of up to `frames` repeats (`python`: three times as many).
 
@@ -36,6 +38,7 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
     return result | _dense(renderer, frames, view, result) if dense else result
 
 
+@in_session
 def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
     """Time brush dabs at random places, and some in the middle of the map, where they change nodes of every level.
 
@@ -66,6 +69,7 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
 
 
+@in_session
 def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: Any) -> dict[str, Any]:
     """Time the frames of `tour`, one by one, with a brush dab below the eye in every `dab_every`-th frame.
 

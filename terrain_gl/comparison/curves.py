@@ -7,6 +7,7 @@ import numpy as np
 
 from ..basics.steps import Progress, drain
 from ..camera import Camera
+from ..gpu.session import in_session
 from ..renderer import Renderer
 from ..renderer.methods import BASELINES
 from ..renderer.options import near_plane_m
@@ -122,6 +123,7 @@ def fewest(
     return best
 
 
+@in_session
 def details_of(
     renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None = None, between: bool = True
 ) -> list[dict[str, Any]]:

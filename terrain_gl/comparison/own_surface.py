@@ -14,6 +14,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..gpu.layout import PLACES
+from ..gpu.session import in_session
 from ..light.ground import HeightSums
 from ..light.lighting import Lighting
 from ..renderer import Renderer
@@ -24,6 +25,11 @@ from ..verify.measure import TILE, Measurement, places_of
 @contextmanager
 def shaded_from_mesh(renderer: Renderer, camera: Camera, **options: Any) -> Iterator[None]:
     """Inside this context, the renderer shades from the surface that these options draw. The last frame is lost."""
+    with renderer.session:
+        yield from _shaded_from_mesh(renderer, camera, options)
+
+
+def _shaded_from_mesh(renderer: Renderer, camera: Camera, options: dict[str, Any]) -> Iterator[None]:
     picture = renderer.picture
     terrain = renderer.terrain.with_heights(drawn_heights(renderer, camera, **options))
     sums = HeightSums(terrain)
@@ -40,6 +46,7 @@ def shaded_from_mesh(renderer: Renderer, camera: Camera, **options: Any) -> Iter
             made.release()
 
 
+@in_session
 def drawn_heights(renderer: Renderer, camera: Camera, **options: Any) -> np.ndarray:
     """(rows, cols) float32 metres: the drawn surface at every post of the map, NaN over voids."""
     chosen = FrameOptions(**(options | {"cull": False}))

@@ -18,8 +18,7 @@ import moderngl
 import numpy as np
 
 from ..basics.exceptions import UsageError
-from ..gpu import shaders
-from ..gpu.bindings import bind
+from ..gpu.passes import ComputePass
 from ..heightmap import Heightmap
 from .writers import FORMATS, format_of, heightmap_file, least_step
 
@@ -148,7 +147,7 @@ def bands_of(
     ctx: moderngl.Context, land: Land, progress: Progress | None = None, posts: int = BAND_POSTS
 ) -> Iterator[np.ndarray]:
     """Yield bands from north to south: float32 (rows, cols), heights as parts of the relief, 0 to 1."""
-    kernel = shaders.compute(ctx, "generate/heights.comp")
+    kernel = ComputePass(ctx, "generate/heights.comp")
     rows = max(1, posts // land.cols)
     buffer = ctx.buffer(reserve=4 * land.cols * min(rows, land.rows))
     try:
@@ -156,10 +155,7 @@ def bands_of(
             size = land.cols, min(rows, land.rows - first)
             uniforms = {"size": size, "first_row": first, "step": step_of(land), "seed": land.seed}
             uniforms |= {"cliffs": land.cliffs, "octaves": land.octaves_made, "recipe": RECIPES.index(land.recipe)}
-            for name, value in uniforms.items():
-                kernel[f"u_{name}"] = value
-            bind("generate/heights.comp", Heights=buffer)
-            kernel.run(-(-size[0] // GROUP), size[1])
+            kernel.run((-(-size[0] // GROUP), size[1], 1), {"Heights": buffer}, uniforms)
             ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
             yield np.frombuffer(buffer.read(4 * size[0] * size[1]), "<f4").reshape(size[::-1])
             if progress:

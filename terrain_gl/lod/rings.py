@@ -28,8 +28,9 @@ import numpy as np
 from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..error import ErrorTables
-from ..gpu import gl, layout, shaders
+from ..gpu import gl, layout
 from ..gpu.bindings import bind
+from ..gpu.passes import ComputePass, Resources
 from . import budget
 from .hiding import FARTHEST, NO_HIDING, hiding, horizon_texture, ridge_before, slopes_of
 from .patches import BARRIER, OfPatches
@@ -59,7 +60,7 @@ class RingsSelector(OfPatches):
         self.tables = tables
         self.terrain = tables.terrain
         self.view = view or ViewBlock(ctx)
-        self._kernels: dict[tuple[str, str, bool], Any] = {}
+        self._kernels: dict[tuple[str, str, bool], ComputePass] = {}
         self._variant = "max"
         self._last_stamp = 0
         # a software renderer runs eight threads at a time, and more threads cost more to start
@@ -173,18 +174,12 @@ class RingsSelector(OfPatches):
         """Compute the squared error of every square: it does not depend on the price."""
         blocks = self._begin(rings)
         self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
-        bind("lod/rings/prices.glsl", Weights=self._weights)
         self._run("weigh", _work("seen"))
 
     def _at_price(self, rings: list[Ring], price: float) -> tuple[Selection, np.void]:
         """The mesh for a price of a triangle, and its record `layout.RING_SUMMARY`."""
 
-        def spend() -> None:
-            bind("lod/rings/prices.glsl", Weights=self._weights)
-            self._run("spend", _work("seen"), price=price)
-            self._bind()  # the weights have taken the binding point of another buffer
-
-        mesh, summary = self._made(rings, spend)
+        mesh, summary = self._made(rings, lambda: self._run("spend", _work("seen"), price=price))
         return replace(mesh, price=price if price > 2.0**budget.PRICE.lowest else 0.0), summary
 
     def _made(self, rings: list[Ring], decide: Callable[[], None]) -> tuple[Selection, np.void]:
@@ -242,7 +237,6 @@ class RingsSelector(OfPatches):
         work["round"]["groups"][0] = work["all"]["count"] = blocks
         self._rings.write(block)
         self._buffers["blocks"].write(work)
-        self._bind()
         self._run("cull", groups=-(-blocks // self._threads))
         return blocks
 
@@ -253,10 +247,7 @@ class RingsSelector(OfPatches):
         """
         hiding = self._hiding
         if hiding.sectors:
-            bind("lod/rings/horizon.comp", u_out=self._horizon)
             self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
-        bind("lod/rings/hidden.glsl", u_horizon=self._horizon)
-        bind("lod/rings/shapes.glsl", Shapes=self._buffers["shapes"])
         over = 0
         has_agreed = False
         while True:
@@ -264,9 +255,7 @@ class RingsSelector(OfPatches):
                 over = self._agree(over)
             self._buffers["summary"].write(self._nothing)
             self._run("count", _work("leaves"), agreed=over, **self._hiding.uniforms)
-            bind("lod/rings/place.comp", Draws=self.draws)
             self._run("place", agreed=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
-            bind("lod/rings/emit.comp", Patches=self.patches)
             self._run("emit", _work("all"), agreed=over, most_patches=self.patches.size // layout.PATCH.itemsize)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
@@ -276,7 +265,6 @@ class RingsSelector(OfPatches):
             elif has_agreed:
                 self._last_stamp = self._last_stamp + over
                 return summary
-            bind("lod/rings/rings.glsl", Lists=self._buffers["lists"])  # draws and patches use the same binding point
 
     def _agree(self, over: int) -> int:
         """Run further rounds of `agree`, from round `over` on; returns how many are done."""
@@ -287,30 +275,45 @@ class RingsSelector(OfPatches):
             self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, priced=self._variant in PRICED)
         return over + AGREEING
 
+    @property
+    def of_passes(self) -> Resources:
+        """Everything that the passes read and write, by its name in glsl/lod/rings/."""
+        names = ("blocks", "cells", "lists", "shapes", "summary", "patches", "draws")
+        own = {name.capitalize(): self._buffers[name] for name in names}
+        horizon = {"u_horizon": self._horizon, "u_out": self._horizon}
+        return {
+            **self.resources,
+            **self.tables.resources,
+            **own,
+            **horizon,
+            "Rings": self._rings,
+            "Weights": self._weights,
+        }
+
     def _bind(self) -> None:
         self.bind()
         self.tables.bind()
         buffers = self._buffers
         bind("lod/rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
-        bind("lod/rings/rings.glsl", Lists=buffers["lists"])
+        bind("lod/rings/lists.glsl", Lists=buffers["lists"])
         bind("lod/rings/shapes.glsl", Summary=buffers["summary"])
 
-    def _kernel(self, name: str) -> Any:
-        """The shader of a pass, compiled at its first use. Passes that read errors have one for each metric."""
+    def _kernel(self, name: str) -> ComputePass:
+        """The pass `name`, compiled at its first use. Passes that read errors have one for each metric."""
         variant = self._variant if self._variant in _ASKING.get(name, {}) else ""
         key = name, variant, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
             defines = self._defines | _ASKING.get(name, {}).get(variant, {}) | ({} if key[2] else {"NO_VOIDS": 1})
-            self._kernels[key] = shaders.compute(self.ctx, f"lod/rings/{name}.comp", defines)
+            self._kernels[key] = ComputePass(self.ctx, f"lod/rings/{name}.comp", {**self.terrain.defines, **defines})
         return self._kernels[key]
 
     def _run(self, name: str, indirect: int | None = None, groups: int = 1, **uniforms: Any) -> None:
         kernel = self._kernel(name)
-        gl.write_uniforms(kernel, **uniforms)
+        resources = {each: resource for each, resource in self.of_passes.items() if each in kernel.declares}
         if indirect is None:
-            kernel.run(groups)
+            kernel.run((groups, 1, 1), resources, uniforms)
         else:
-            kernel.run_indirect(self._buffers["blocks"], indirect)
+            kernel.run_indirect(self._buffers["blocks"], resources, uniforms, indirect)
         self.ctx.memory_barrier(BARRIER)
 
     def _has_room(self, blocks: int, patches: int = 0, draws: int = 0) -> bool:

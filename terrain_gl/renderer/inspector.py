@@ -97,7 +97,7 @@ class Inspector:
         frame = self._chosen()
         view = frame.selection.surface.view
         options = frame.options
-        self._explainer = self._explainer or self.session.keep(PatchExplainer(self.session.ctx))
+        self._explainer = self._explainer or self.session.keep(PatchExplainer(self.session.ctx, self.terrain.defines))
         tolerance_px = options.tolerance_px if options.triangles is None else math.inf
         view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the picture may have another eye
         try:

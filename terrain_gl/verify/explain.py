@@ -5,13 +5,14 @@ The errors come from the same tables and the same shader code that choose the le
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
-from ..gpu import gl, layout, shaders
-from ..gpu.bindings import bind
+from ..gpu import layout
+from ..gpu.passes import ComputePass
 from ..lod import RingsSelector, Selection
 from ..lod.patches import OwnEdges
 
@@ -132,9 +133,9 @@ class Explanation:
 class PatchExplainer:
     """Explains patches of the last selection."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, defines: Mapping[str, object]) -> None:
         self.ctx = ctx
-        self._kernel = shaders.compute(ctx, _EXPLAIN)
+        self._kernel = ComputePass(ctx, _EXPLAIN, defines)
         self._answer = self.ctx.buffer(reserve=_ANSWER.itemsize)
 
     def explain(
@@ -176,11 +177,8 @@ class PatchExplainer:
             resource.release()
 
     def _ask(self, surface: RingsSelector, low: tuple[int, int], side_log2: int) -> np.ndarray:
-        surface.bind()
-        surface.tables.bind()
-        bind(_EXPLAIN, Answer=self._answer)
-        gl.write_uniforms(self._kernel, low=low, side_log2=side_log2)
-        self._kernel.run(1)
+        read = {name: resource for name, resource in surface.of_passes.items() if name in self._kernel.declares}
+        self._kernel.run((1, 1, 1), read | {"Answer": self._answer}, {"low": low, "side_log2": side_log2})
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
         return np.frombuffer(self._answer.read(), _ANSWER)[0]
 
