@@ -186,8 +186,10 @@ class ErrorTables:
     def release(self) -> None:
         """Release GPU resources."""
         self.release_tables()
-        for resource in (self._sat8, self._sat64, *self._kernels.values()):
-            resource.release()
+        for sat in (self._sat8, self._sat64):
+            sat.release()
+        for kernel in self._kernels.values():
+            kernel.release()
 
     @property
     def _buffers(self) -> tuple[moderngl.Buffer, ...]:

@@ -21,7 +21,7 @@ import moderngl
 
 from ..basics.exceptions import TerrainError
 from .current import Current, current, handle_of, switch
-from .state import Call, state_of
+from .state import Found, state_of
 
 
 class Resource(Protocol):
@@ -46,14 +46,14 @@ class _Door:
         One for each time that the context was entered and not yet left: what was current before, if it was another
         context. The first entry alone saves state.
     found
-        The calls that give back the state of the context.
+        The state of the context, if it belongs to the caller.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.handle = handle_of(ctx)
         self.lock = threading.RLock()
         self.entries: list[tuple[Current | None] | None] = []
-        self.found: list[Call] = []
+        self.found: Found = []
 
 
 _doors: WeakKeyDictionary[moderngl.Context, _Door] = WeakKeyDictionary()
@@ -109,7 +109,7 @@ class Session:
         try:
             door.entries.append(self._make_current(door))
             if len(door.entries) == 1 and not self._owned:
-                door.found = state_of(self.ctx).saved()
+                door.found = state_of(self.ctx).found()
                 state_of(self.ctx).make_plain()
         except BaseException:
             door.lock.release()
@@ -132,9 +132,8 @@ class Session:
         door = self._door
         entry = door.entries.pop()
         if not door.entries:
-            for call, arguments in door.found:
-                call(*arguments)
-            door.found = []
+            if not self._owned:
+                state_of(self.ctx).give_back(door.found)
         if entry:
             switch(current(), entry[0])
         door.lock.release()

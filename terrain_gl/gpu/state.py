@@ -7,7 +7,7 @@ writes and reads them. So the state found on entry is saved here as a list of ca
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from ctypes import c_double, c_float, c_int, c_int64, c_ubyte, c_uint
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -98,7 +98,20 @@ _EQUATIONS = (0x8009, 0x883D)
 _CLIP = (0x935C, 0x935D)
 _IMAGE = (0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E)  # name, level, layered, layer, access, format
 
-Call = tuple[Callable[..., None], list[Any]]
+Found = list[tuple[str, list[Any]]]  # the functions that bring a state back, and their arguments
+# where a function takes the number of an object that may be gone, and the function that tells
+_OBJECTS = {
+    "BindBuffer": (1, "glIsBuffer"),
+    "BindBufferBase": (2, "glIsBuffer"),
+    "BindBufferRange": (2, "glIsBuffer"),
+    "BindFramebuffer": (1, "glIsFramebuffer"),
+    "BindImageTexture": (1, "glIsTexture"),
+    "BindRenderbuffer": (1, "glIsRenderbuffer"),
+    "BindSampler": (1, "glIsSampler"),
+    "BindTexture": (1, "glIsTexture"),
+    "BindVertexArray": (0, "glIsVertexArray"),
+    "UseProgram": (0, "glIsProgram"),
+}
 
 
 class SavedState:
@@ -108,12 +121,20 @@ class SavedState:
         self._call = calls(ctx)
         self._is_enabled = gl.function(ctx, "glIsEnabled", c_ubyte, c_uint)
         self._is_enabled_at = gl.function(ctx, "glIsEnabledi", c_ubyte, c_uint, c_uint)
+        self._objects = {name: (at, gl.function(ctx, tell, c_ubyte, c_uint)) for name, (at, tell) in _OBJECTS.items()}
         self._four = (c_int * 4)()
         self._units = [*range(UNITS), self._number(_COMBINED_UNITS) - 1]  # moderngl binds to the last one
 
-    def saved(self) -> list[Call]:
+    def found(self) -> Found:
         """The calls that bring back the present state."""
-        return [(getattr(self._call, name), arguments) for name, *arguments in self._found()]
+        return [(name, arguments) for name, *arguments in self._found()]
+
+    def give_back(self, found: Found) -> None:
+        """Bring back a state. Objects that were bound and have been deleted since are left out, as OpenGL does."""
+        for name, arguments in found:
+            at, is_there = self._objects.get(name, (0, None))
+            if not is_there or not arguments[at] or is_there(arguments[at]):
+                getattr(self._call, name)(*arguments)
 
     def make_plain(self) -> None:
         """Read and write pixels in the plain order, from and to memory."""

@@ -200,9 +200,10 @@ class RingsSelector(OfPatches):
 
     def release(self) -> None:
         """Release GPU resources."""
-        own = self._rings, self._weights, self._horizon
-        for resource in (*own, *self._buffers.values(), *self._kernels.values()):
+        for resource in (self._rings, self._weights, self._horizon, *self._buffers.values()):
             resource.release()
+        for kernel in self._kernels.values():
+            kernel.release()
 
     def _rings_of(self, camera: Camera, across: int, left_out: int = 0) -> list[Ring]:
         heightmap = self.terrain.heightmap
