@@ -131,9 +131,8 @@ class Session:
         """Give back the state that was found, and the context that was current before."""
         door = self._door
         entry = door.entries.pop()
-        if not door.entries:
-            if not self._owned:
-                state_of(self.ctx).give_back(door.found)
+        if not door.entries and not self._owned:
+            state_of(self.ctx).give_back(door.found)
         if entry:
             switch(current(), entry[0])
         door.lock.release()

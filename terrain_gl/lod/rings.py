@@ -200,8 +200,9 @@ class RingsSelector(OfPatches):
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self._rings, self._weights, self._horizon, *self._buffers.values()):
-            resource.release()
+        self._horizon.release()
+        for buffer in (self._rings, self._weights, *self._buffers.values()):
+            buffer.release()
         for kernel in self._kernels.values():
             kernel.release()
 
@@ -296,7 +297,7 @@ class RingsSelector(OfPatches):
         self.tables.bind()
         buffers = self._buffers
         bind("lod/rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
-        bind("lod/rings/lists.glsl", Lists=buffers["lists"])
+        bind("lod/rings/rings.glsl", Lists=buffers["lists"])
         bind("lod/rings/shapes.glsl", Summary=buffers["summary"])
 
     def _kernel(self, name: str) -> ComputePass:

@@ -7,7 +7,6 @@
 //   One thread handles one leaf.
 
 #include "lod/rings/leaf.glsl"
-#include "lod/rings/lists.glsl"
 #include "lod/rings/edges.glsl"
 #include "lod/rings/shapes.glsl"
 

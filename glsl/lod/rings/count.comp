@@ -2,7 +2,6 @@
 //   hidden by size, and finds their largest bound. One thread handles one leaf.
 
 #include "lod/rings/hidden.glsl"
-#include "lod/rings/lists.glsl"
 #include "lod/rings/shapes.glsl"
 #include "lod/rings/mean.glsl"
 

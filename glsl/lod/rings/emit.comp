@@ -2,6 +2,7 @@
 //   always gives the same list. The records of hidden leaves come after all patches: measurements and explanations read
 //   them, but nothing draws them. One thread handles one block.
 
+#define WITHOUT_LISTS
 #include "lod/rings/shapes.glsl"
 
 layout(local_size_x = BLOCK_GROUP) in;

@@ -107,3 +107,26 @@ Leaf leaf_at(Block b, int id, uint word) {
 }
 
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
+
+// --- Lists of leaves without gaps, so that all threads of a group have work ---
+//   A leaf's number is that of the unit at its north-west corner. One list holds every leaf once. Each round of
+//   lod/rings/agree.comp has a list of its own, its queue. Shaders WITHOUT_LISTS use the binding point for another block.
+
+#define LEAF_GROUP 64  // leaves that one work group handles
+
+// Four parts of UNITS * u_most_blocks words: all leaves; the queue of even rounds; that of odd rounds; a stamp for each
+// leaf: the last round for which it was queued. All stamps of earlier views are lower than u_first_stamp.
+#ifndef WITHOUT_LISTS
+layout(std430, binding = 5) buffer Lists { uint list[]; };
+#endif
+
+int list_at(int which) { return which * UNITS * u_most_blocks; }
+
+// Append n leaves to the list of all leaves, which is also the queue of round 0; returns the place of the first one.
+uint append_leaves(uint n) {
+    uint k = atomicAdd(b_leaves.count, n), groups = (k + n + uint(LEAF_GROUP - 1)) / uint(LEAF_GROUP);
+    atomicMax(b_leaves.groups, groups);
+    atomicMax(b_queue[0].groups, groups);
+    atomicAdd(b_queue[0].count, n);
+    return k;
+}

@@ -6,7 +6,6 @@
 // Python twin: reference.rings.cut_block
 
 #include "lod/rings/leaf.glsl"
-#include "lod/rings/lists.glsl"
 
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
