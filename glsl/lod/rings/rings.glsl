@@ -110,7 +110,7 @@ bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_uni
 
 // --- Lists of leaves without gaps, so that all threads of a group have work ---
 //   A leaf's number is that of the unit at its north-west corner. One list holds every leaf once. Each round of
-//   lod/rings/agree.comp has a list of its own, its queue. Shaders WITHOUT_LISTS use the binding point for another block.
+//   lod/rings/agree.comp has a list of its own, its queue. Shaders WITHOUT_LISTS have another block at this place.
 
 #define LEAF_GROUP 64  // leaves that one work group handles
 
