@@ -1,16 +1,19 @@
 """Frames: a picture with its numbers, and the mesh of the last picture."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypedDict
 
 import numpy as np
 
+from ..basics.exceptions import TerrainError
 from ..camera import Camera
 from ..camera.curvature import radius_of
 from ..image import png_bytes
 from ..lod import Selection
 from ..mesh import captured_triangles
+from .facts import Facts
 from .methods import BASELINES
 from .options import FrameOptions
 
@@ -66,6 +69,34 @@ class Frame:
 
     image: np.ndarray
     stats: Stats
+    _ask: Callable[[], Facts] | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def facts(self) -> Facts:
+        """What the pixels show. The first time, ask before the renderer draws another picture."""
+        if self._ask is None:
+            raise TerrainError("a picture that is drawn in pieces keeps no depths: leave out size and fine")
+        return self._ask()
+
+    @property
+    def depth(self) -> np.ndarray:
+        """(height, width) metres along the view, of what the picture shows, water included; infinite for the sky."""
+        return self.facts.depth
+
+    @property
+    def places(self) -> np.ndarray:
+        """(height, width, 3) world metres of what the picture shows; NaN for the sky."""
+        return self.facts.places
+
+    @property
+    def normals(self) -> np.ndarray:
+        """(height, width, 3) unit normals of what the picture shows; 0 for the sky."""
+        return self.facts.normals
+
+    @property
+    def kind(self) -> np.ndarray:
+        """(height, width) what each pixel shows: index into `renderer.facts.KINDS`."""
+        return self.facts.kind
 
     def _repr_png_(self) -> bytes:
         """The picture, for notebooks."""

@@ -23,7 +23,7 @@ from weakref import finalize
 import moderngl
 import numpy as np
 
-from ..basics.exceptions import UsageError
+from ..basics.exceptions import TerrainError, UsageError
 from ..basics.steps import Progress, Steps, drain
 from ..camera import Camera
 from ..camera.pieces import Piece, cut
@@ -43,6 +43,7 @@ from ..terrain import Terrain
 from .contour_labels import contour_labels
 from .draped import OverlayLines, fills
 from .edit import Editor
+from .facts import Facts, PlaceSeen, facts_of, place_seen
 from .frame import DrawnFrame, Frame, Stats
 from .gpu_resources import GpuResources
 from .inspector import Inspector
@@ -223,7 +224,15 @@ class Renderer:
             image[piece.rows, piece.cols] = pixels
 
         stats = yield from self.draw_steps(camera, max_error_px, size, fine, receive, gradual, exact, **options)
-        return Frame(image, cast(Stats, stats))
+        drawn = self.inspector.frame
+        return Frame(image, cast(Stats, stats), None if size else lambda: self._facts(drawn))
+
+    @in_session
+    def _facts(self, drawn: DrawnFrame | None) -> Facts:
+        """What the picture of a frame shows; it must be the last one."""
+        if drawn is None or self.inspector.frame is not drawn:
+            raise TerrainError("another picture was drawn since: ask a frame for its depths before you draw the next")
+        return facts_of(self.picture, drawn.eye)
 
     def draw(
         self,
@@ -366,6 +375,13 @@ class Renderer:
     def overlays(self, laid: tuple[Overlay, ...]) -> None:
         self._overlays = laid
         self.picture.lighting.fills = fills(laid, self.heightmap)
+
+    @in_session
+    def place_at(self, column: int, row: int) -> PlaceSeen | None:
+        """The place that a pixel of the last picture shows; row 0 is on top. None for the sky."""
+        if not (0 <= column < self.size[0] and 0 <= row < self.size[1]):
+            raise UsageError(f"the picture has {self.size[0]} x {self.size[1]} pixels, got column {column}, row {row}")
+        return place_seen(self._facts(self.inspector.frame), self.heightmap, column, row)
 
     @in_session
     def labels(self, overlays: tuple[Overlay, ...] | None = None) -> list[Label]:

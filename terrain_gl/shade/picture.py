@@ -286,6 +286,18 @@ class Picture:
         wanted.uniforms["exaggeration"] = self.terrain.heightmap.exaggeration
         return self._read_back(f"shade/{look.style}.frag", "ANY", wanted, 4, "f4")
 
+    def facts(self) -> list[np.ndarray]:
+        """What the last picture shows: two arrays (height, width, 4) float32, the parts of glsl/shade/facts.frag."""
+        look, edge = self._shaded
+        is_wet = look.style == "shaded" and look.water_m is not None
+        level_m = look.water_m - self.terrain.base_m if is_wet and look.water_m is not None else -1e30
+        parts = []
+        for part in (0, 1):
+            wanted = self._wanted(look, edge)
+            wanted.uniforms.update(part=part, level_m=level_m)
+            parts.append(self._read_back("shade/facts.frag", "ANY", wanted, 4, "f4"))
+        return parts
+
     @property
     def target(self) -> moderngl.Framebuffer:
         """The framebuffer of the finished picture, for drawing over it."""
