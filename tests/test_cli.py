@@ -28,9 +28,11 @@ FRAME_KEYS = {
     *("lambda", "curvature_radius_m", "patches_hidden", "certified_metric"),
 }
 POSE_KEYS = {"eye", "target", "fov_deg", "K", "R", "t", "sun"}
-MEASURED_KEYS = FRAME_KEYS | POSE_KEYS | {
-    *("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
-}
+MEASURED_KEYS = (
+    FRAME_KEYS
+    | POSE_KEYS
+    | {*("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")}
+)
 BYTES_KEYS = {"heights", "sat", "error", "shade", "total"}
 
 

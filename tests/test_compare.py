@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from maps import rough
 import terrain_gl as tg
 from terrain_gl.cli import main
 from terrain_gl.cli.compare import caption, in_lines, uneven_text
-from terrain_gl.cli.options import CommandScene
+from terrain_gl.cli.scene import CommandScene
 from terrain_gl.comparison import compare as comparing
 from terrain_gl.comparison import curves
 from terrain_gl.comparison.clipmap import Rings
@@ -30,6 +31,7 @@ from terrain_gl.comparison.own_surface import drawn_heights
 from terrain_gl.comparison.study import Study, study
 from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
+from terrain_gl.renderer.options import FrameOptions
 
 SIZE = (160, 90)
 TRIANGLES = 1500
@@ -303,9 +305,8 @@ def test_command_lines_break_between_options():
 def test_no_line_of_the_caption_is_wider_than_its_column(tmp_path):
     name = str(tmp_path / ("a_very_long_name_of_a_map_from_a_survey" * 3 + ".npy"))
     scene = CommandScene(
-        tg.Heightmap(np.zeros((3, 4)), 1.0, name), tg.Camera((1e7, 1e7, 1e7), (2e7, 3e7, 4e6)), (0, 45)
+        tg.Heightmap(np.zeros((3, 4)), 1.0, name), tg.Camera((1e7, 1e7, 1e7), (2e7, 3e7, 4e6)), FrameOptions()
     )
-    args = parse("compare", name, "-o", "f.png", "--size", "640x360")
-    args.command_line = "terrain-gl compare " + name
-    lines = caption(args, scene)
+    asked = parse("compare", name, "-o", "f.png", "--size", "640x360")
+    lines = caption(replace(asked, command_line="terrain-gl compare " + name), scene)
     assert max(map(len, lines)) <= 46 and "".join(lines).startswith(Path(name).name)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from terrain_gl.camera import Camera
-from terrain_gl.cli.options import clock_sun
+from terrain_gl.cli.records import SunOptions
+from terrain_gl.cli.scene import clock_sun
 from terrain_gl.files.furniture import north_of
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import write_image
@@ -106,11 +107,10 @@ def test_a_sky_of_a_file_is_turned_with_north(folder):
 
 def test_the_time_of_day_gives_a_true_azimuth():
     """At solar noon the sun is in the south of a northern map, wherever its grid points."""
-    from argparse import Namespace
     from datetime import datetime
 
     heightmap = cone(*SYSTEMS["arctic"][:3])
-    noon = Namespace(time=datetime(2026, 6, 21, 12), latitude=None, longitude=None)
+    noon = SunOptions(time=datetime(2026, 6, 21, 12))
     azimuth, _ = clock_sun(noon, heightmap)
     assert azimuth == pytest.approx(180, abs=1)
 

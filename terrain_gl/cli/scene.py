@@ -106,11 +106,11 @@ def _scene(
 ) -> CommandScene:
     """The scene; the view and the sun that no option gives are those of a bundled map, or suit the map `seen`."""
     start = known.camera if known and not asked.camera.view else _first_view(asked, seen)
-    sun = asked.light.sun or _clock_sun(asked.light, heightmap) or (known.sun if known else standard_sun(seen))
+    sun = asked.light.sun or clock_sun(asked.light, heightmap) or (known.sun if known else standard_sun(seen))
     return CommandScene(heightmap, camera_of(asked.camera, heightmap, start), replace(asked.frame, sun=sun))
 
 
-def _clock_sun(light: SunOptions, heightmap: Heightmap) -> tuple[float, float] | None:
+def clock_sun(light: SunOptions, heightmap: Heightmap) -> tuple[float, float] | None:
     """The sun of --time at the place of --latitude and --longitude, or where the map lies."""
     if light.time is None:
         return None
