@@ -18,6 +18,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
+from ctypes import byref, c_int
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
@@ -115,8 +116,8 @@ class State:
         Whether shaders cut triangles by gl_ClipDistance[0].
     culls
         Whether triangles that are clockwise on screen are left out.
-    blends
-        Whether colours are mixed by their alpha.
+    blends, stays_opaque
+        Whether colours are mixed by their alpha; and whether the picture below then keeps its own alpha of 1.
     """
 
     framebuffer: moderngl.Framebuffer | None
@@ -127,6 +128,7 @@ class State:
     clips: bool = False
     culls: bool = False
     blends: bool = False
+    stays_opaque: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +175,7 @@ class _Pass:
             if kind == "uniform":
                 self._uniforms.add(name.removeprefix("u_"))
                 continue
-            number = int(member.value if isinstance(member, moderngl.Uniform) else member.binding)
+            number = self._unit(member) if isinstance(member, moderngl.Uniform) else int(member.binding)
             self._binders[name] = self._binder(known[name], number)
             places.setdefault((kind, number), []).append(name)
         self._shared = [pair for names in places.values() for pair in combinations(names, 2)]
@@ -205,6 +207,12 @@ class _Pass:
             value = uniforms[name]
             if name not in self._values or self._values[name] != value:
                 self._program[f"u_{name}"] = self._values[name] = value
+
+    def _unit(self, member: moderngl.Uniform) -> int:
+        """The unit of a sampler or an image; moderngl does not know those of all types."""
+        found = c_int()
+        self._calls.GetUniformiv(self._program.glo, member.location, byref(found))
+        return found.value
 
     def _binder(self, declared: Declaration, number: int) -> Callable[[Any], None]:
         """A function that binds a resource to a number."""
@@ -295,10 +303,11 @@ class DrawPass(_Pass):
         feed: Feed = SCREEN,
         vertices: int = 3,
         first: int = 0,
+        instances: int = 1,
     ) -> None:
-        """Draw some `vertices`, or indices, from `first` on."""
+        """Draw some `vertices`, or indices, from `first` on, for each of some instances."""
         self._begin(state, resources, uniforms)
-        self._vertex_array(feed).render(feed.mode, vertices, first=first)
+        self._vertex_array(feed).render(feed.mode, vertices, first=first, instances=instances)
 
     def draw_indirect(
         self,
@@ -421,7 +430,8 @@ def _set(ctx: moderngl.Context, state: State) -> None:
     call.CullFace(0x0405)  # BACK
     call.FrontFace(0x0901)  # CCW
     _switch(call, _BLEND, state.blends)
-    call.BlendFunc(0x0302, 0x0303)  # SRC_ALPHA, ONE_MINUS_SRC_ALPHA
+    # SRC_ALPHA or ONE, ONE_MINUS_SRC_ALPHA
+    call.BlendFuncSeparate(0x0302, 0x0303, 0x0001 if state.stays_opaque else 0x0302, 0x0303)
     call.BlendEquation(0x8006)  # FUNC_ADD
     call.ColorMask(1, 1, 1, 1)
     call.PolygonMode(0x0408, 0x1B02)  # FRONT_AND_BACK, FILL

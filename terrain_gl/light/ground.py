@@ -7,7 +7,7 @@ import moderngl
 
 from ..basics.rect import Rect
 from ..camera import Vector
-from ..gpu.bindings import bind
+from ..gpu.passes import Resources, Uniforms
 from ..sat import Table
 from ..terrain import Terrain, steps_per_m
 from .recorded import RecordedTable
@@ -49,19 +49,19 @@ class HeightSums(RecordedTable):
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         self._rewrite(posts[0], posts[1], posts[2] - posts[0] + 1, posts[3] - posts[1] + 1)
 
-    def bind(self) -> None:
-        """Bind the sums for shaders that read relief."""
-        bind("shade/posts.glsl", HeightSums=self.buffer, u_height_sums=self.texture)
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of the sums: glsl/shade/posts.glsl."""
+        return {"HeightSums": self.buffer, "u_height_sums": self.texture}
 
     def table_over(self, col: int, row: int) -> SumsTable:
         """The table that holds the sums over a post: one table holds those of the whole map."""
         heightmap = self.terrain.heightmap
         return SumsTable(self.buffer, 0, (heightmap.cols, heightmap.rows), heightmap.cols)
 
-    def _feed(self, buffer: moderngl.Buffer) -> None:
-        self.terrain.bind()
-        bind("shade/quantise.comp", Words=buffer)
-        self._record["u_steps_per_m"] = steps_per_m(self.terrain.span_m)
+    def _feed(self, buffer: moderngl.Buffer, where: Uniforms) -> tuple[Resources, Uniforms]:
+        read = {**self.terrain.resources, "Words": buffer}
+        return read, {**where, "steps_per_m": steps_per_m(self.terrain.span_m)}
 
 
 def towards_sun(azimuth_deg: float, elevation_deg: float) -> Vector:

@@ -17,8 +17,8 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Vector
-from ..gpu import bindings, gl, shaders
-from ..gpu.bindings import bind
+from ..gpu import gl
+from ..gpu.passes import ComputePass, Resources, Uniforms
 from ..gpu.session import Resource
 from ..heightmap import Heightmap
 from ..sat import SummedAreaTables, Table
@@ -56,7 +56,7 @@ class Sweep:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
-        self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
+        self._pass = ComputePass(ctx, "horizon/sweep.comp")
         self._hulls: moderngl.Buffer | None = None  # scratch memory, kept until `rest`, because new memory is slow
 
     def run(self, terrain: Terrain, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
@@ -83,13 +83,9 @@ class Sweep:
         at_once = min(lines, max(128, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
         hulls = self._reserve(_HULL_POINT * steps * at_once)
         for start in range(0, lines, at_once):
-            terrain.bind()
-            bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
-            self._kernel["u_towards"] = towards
-            self._kernel["u_layer"] = layer
-            self._kernel["u_first_line"] = first + start
-            self._kernel["u_lines"] = count = min(at_once, lines - start)
-            self._kernel.run(-(-count // 64))
+            count = min(at_once, lines - start)
+            where = {"towards": towards, "layer": layer, "first_line": first + start, "lines": count}
+            self._pass.run((-(-count // 64), 1, 1), {**terrain.resources, "u_horizon": into, "Hulls": hulls}, where)
             self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
             yield (start + count) / lines
 
@@ -102,7 +98,7 @@ class Sweep:
     def release(self) -> None:
         """Release GPU resources."""
         self.rest()
-        self._kernel.release()
+        self._pass.release()
 
     def _reserve(self, size: int) -> moderngl.Buffer:
         if self._hulls is None or self._hulls.size < size:
@@ -122,11 +118,11 @@ class SkyVisibility:
         self.table = sky_table(terrain.heightmap.cols, terrain.heightmap.rows, len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
         defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": 1}
-        self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
+        self._fold = ComputePass(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
         self._printed = printed
         self._sweep = Sweep(self.ctx)
         self._sat = SummedAreaTables(self.ctx, 32)
-        self._pack = shaders.compute(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
+        self._pack = ComputePass(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
         self.packed = self._texture()
         self.texture = gl.WordTexture(self.ctx)
@@ -160,12 +156,12 @@ class SkyVisibility:
                         yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
                 for row in range(0, self.table.height, at_once):
                     count = min(at_once, self.table.height - row)
-                    thin.bind()
-                    self._fold_batch(batch, row, count, directions, u_horizons=horizons, Shares=fresh, **tables)
+                    read = {**thin.resources, **tables, "u_horizons": horizons, "Shares": fresh}
+                    self._fold_batch(batch, row, count, directions, read)
                     yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
-            bind("horizon/pack.comp", Shares=fresh, u_packed=packed)
-            gl.write_uniforms(self._pack, texels=self.table[:2], corner=(0, 0))
-            self._pack.run(-(-packed.width // 64), packed.height)
+            groups = -(-packed.width // 64), packed.height, 1
+            where = {"texels": self.table[:2], "corner": (0, 0)}
+            self._pack.run(groups, {"Shares": fresh, "u_packed": packed}, where)
             self.ctx.memory_barrier(_BARRIER)
             for _ in self._sat.build_steps(fresh, self.table):
                 yield 0.998
@@ -192,13 +188,10 @@ class SkyVisibility:
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
-    def _fold_batch(self, batch: int, row: int, count: int, directions: list[Direction], **resources: Any) -> None:
-        bind("horizon/fold.comp", **resources)
-        if isinstance(axes := self._fold.get("u_axes", None), moderngl.Uniform):
-            axes.write(self.axes.astype("f4").tobytes())
-        gl.write_uniforms(self._fold, texels=self.table[:2], first_row=row, directions=directions)
-        gl.write_uniforms(self._fold, batch=batch, is_last=batch == AZIMUTHS // BATCH - 1)
-        self._fold.run(-(-self.table.width // 64), count)
+    def _fold_batch(self, batch: int, row: int, count: int, directions: list[Direction], read: Resources) -> None:
+        where = {"texels": self.table[:2], "first_row": row, "first_cell": (0, 0)}
+        uniforms = fold_uniforms(self.axes, batch, directions) | where
+        self._fold.run((-(-self.table.width // 64), count, 1), read, uniforms)
         self.ctx.memory_barrier(_BARRIER)
 
 
@@ -233,11 +226,11 @@ class SunVisibility(RecordedTable):
             self._sweep.rest()
             horizon.release()
 
-    def _feed(self, buffer: moderngl.Buffer) -> None:
+    def _feed(self, buffer: moderngl.Buffer, where: Uniforms) -> tuple[Resources, Uniforms]:
         horizon, towards, sun, radius = self._wanted
-        self.terrain.bind()
-        bind("horizon/sunlit.comp", u_horizons=horizon, Sunlit=buffer)
-        gl.write_uniforms(self._record, **sun_uniforms(sun, radius), towards=towards, sun=sun)
+        read = {**self.terrain.resources, "u_horizons": horizon, "Sunlit": buffer}
+        uniforms = {**sun_uniforms(sun, radius), "towards": towards, "sun": sun}
+        return read, {**uniforms, "first_row": where["first_row"]}  # it always writes the whole table
 
     def read(self) -> np.ndarray:
         """(5, rows, cols) means over texels of 2 × 2 cells, recovered from the sums: see glsl/horizon/sunlit.comp."""
@@ -309,14 +302,14 @@ class Visibility:
         assert self._at
         return {**sun_uniforms(*self._at), "sun_towards": self.sun.towards}
 
-    def bind(self) -> None:
-        """Bind the tables for shaders that include horizon/visible.glsl."""
+    @property
+    def resources(self) -> Resources:
+        """The tables, for shaders that include horizon/visible.glsl."""
         sky = self.sky
         sun = self.sun
-        bind(
-            "horizon/visible.glsl", Shares=sky.buffer, Sunlit=sun.buffer, u_packed=sky.packed, u_sun_horizon=sun.horizon
-        )
-        bind("horizon/visible.glsl", u_shares=sky.texture.of(sky.buffer), u_sunlit=sun.texture)
+        sums: Resources = {"Shares": sky.buffer, "Sunlit": sun.buffer}
+        unsummed: Resources = {"u_packed": sky.packed, "u_sun_horizon": sun.horizon}
+        return {**sums, **unsummed, "u_shares": sky.texture.of(sky.buffer), "u_sunlit": sun.texture}
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -339,7 +332,7 @@ def fold_tables(
     directions: list[Direction],
     spacing_m: tuple[float, float],
     printed: int = 0,
-) -> dict[str, bindings.Resource]:
+) -> Resources:
     """The tables that fold.comp reads besides horizons, by name in the shader."""
     moments = sector_moments(axes, sharpness, directions, spacing_m)
     azimuths, sines, lobes, _ = moments.shape
@@ -348,6 +341,12 @@ def fold_tables(
     above = moments[:, SINES // 2, :, 3].sum(0)  # share of each lobe above the horizontal
     opened = np.repeat(above[:, None], COSINES + 1, 1) if printed else open_shares(sharpness)
     return {"u_moments": texture, "Open": ctx.buffer(opened.astype("f4").tobytes())}
+
+
+def fold_uniforms(axes: np.ndarray, batch: int, directions: list[Direction]) -> dict[str, Any]:
+    """Uniforms of fold.comp for a batch of azimuths."""
+    rows = [tuple(axis) for axis in axes.astype("f4").tolist()]
+    return {"axes": rows, "directions": directions, "batch": batch, "is_last": batch == AZIMUTHS // BATCH - 1}
 
 
 def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:

@@ -13,7 +13,7 @@ from ..basics.exceptions import TerrainError
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..gpu import gl
-from ..gpu.bindings import bind
+from ..gpu.passes import Resource, Resources
 from ..heightmap import Heightmap
 from ..readers.georeference import Georeference
 from ..sat import Table
@@ -216,15 +216,15 @@ class Lighting:
         """Uniforms of shaders that include glsl/light/lit.glsl."""
         return self.cover.uniforms | self.visibility.uniforms
 
-    def bind(self) -> None:
-        """Bind all light for all shaders."""
-        bind("light/lights.glsl", Lights=self.block)
-        self.cover.bind()
-        self.visibility.bind()
+    @property
+    def resources(self) -> Resources:
+        """All light, for shaders that include light/lit.glsl; without the tables that are not made yet."""
+        found: dict[str, Resource] = {"Lights": self.block, **self.cover.resources, **self.visibility.resources}
         if self.lobes:
-            bind("light/merged.glsl", Lobes=self.lobes.buffer, u_lobe_sums=self.lobes.texture)
+            found |= {"Lobes": self.lobes.buffer, "u_lobe_sums": self.lobes.texture}
         if self.dome:
-            bind("light/dome.glsl", u_dome=self.dome)
+            found["u_dome"] = self.dome
+        return found
 
     def release(self) -> None:
         """Release GPU resources."""

@@ -9,8 +9,7 @@ import moderngl
 import numpy as np
 
 from ..basics.rect import Rect
-from ..gpu import gl
-from ..gpu.bindings import bind
+from ..gpu.passes import Resources, Uniforms
 from ..sat import Table
 from ..terrain import Terrain
 from .climate import AUTO, LOOKS, RAMP, Climate, climates, look_of
@@ -19,6 +18,7 @@ from .ramps import Ramp, ramp_for
 from .recorded import RecordedTable
 
 LAYERS = 9
+_NO_RAMP = [(0.0, 0.0, 0.0, 0.0)] * 10  # glsl/shade/cover.glsl
 REACH = 2  # the values of a cell depend on posts up to this far away: a spline takes 4 × 4 of them
 
 
@@ -85,14 +85,14 @@ class Cover:
     def uniforms(self) -> dict[str, Any]:
         """Uniforms of glsl/shade/cover.glsl."""
         values = {"climate": list(self.climates), "base_m": self.terrain.base_m, "look": self._shader}
-        if self.ramp:
-            values["ramp"] = self.ramp.stops
+        values["ramp"] = self.ramp.stops if self.ramp else _NO_RAMP
         values["exaggeration"] = self.terrain.heightmap.exaggeration
         return values | {"pictured": self.picture is not None, "marked": self.terrain.is_marked}
 
-    def bind(self) -> None:
-        """Bind the picture of the ground for shaders that include glsl/shade/cover.glsl."""
-        bind("shade/cover.glsl", u_albedo=self.picture or self._none)
+    @property
+    def resources(self) -> Resources:
+        """The picture of the ground, for shaders that include glsl/shade/cover.glsl."""
+        return {"u_albedo": self.picture or self._none}
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -128,8 +128,6 @@ class LobeTables(RecordedTable):
         """(9, rows, cols) values of the texels, recovered from the sums."""
         return self.values().view("i4") / 32767.0
 
-    def _feed(self, buffer: moderngl.Buffer) -> None:
-        self.terrain.bind()
-        bind("light/record.comp", HeightSums=self.sums.buffer, Values=buffer)
-        self.cover.bind()
-        gl.write_uniforms(self._record, **self.cover.uniforms)
+    def _feed(self, buffer: moderngl.Buffer, where: Uniforms) -> tuple[Resources, Uniforms]:
+        read = {**self.terrain.resources, **self.sums.resources, **self.cover.resources}
+        return {**read, "Values": buffer}, {**where, **self.cover.uniforms}

@@ -2,13 +2,13 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any
 
 import moderngl
 import numpy as np
 
 from ..basics.steps import Steps
-from ..gpu import gl, shaders
+from ..gpu import gl
+from ..gpu.passes import ComputePass, Resources, Uniforms
 from ..sat import SummedAreaTables, Table
 
 PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
@@ -26,7 +26,7 @@ class RecordedTable(ABC):
         self.ctx = ctx
         self.table = table
         self._sat = SummedAreaTables(ctx, 32)
-        self._record: Any = shaders.compute(ctx, record, dict(defines or {}))
+        self._record = ComputePass(ctx, record, defines or {})
         self.buffer = gl.reserve(ctx, 4 * table.words, name)
         self._texture = gl.WordTexture(ctx)
 
@@ -83,11 +83,10 @@ class RecordedTable(ABC):
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
         """Write the values of a rectangle, all layers, to the start of a buffer: all its rows, or only `rows`."""
         rows = rows or range(at.height)
-        self._feed(buffer)
-        gl.write_uniforms(self._record, first=first, count=at[:2], first_row=rows.start)
-        self._record.run(-(-at.width // 64), len(rows))
+        resources, uniforms = self._feed(buffer, {"first": first, "count": at[:2], "first_row": rows.start})
+        self._record.run((-(-at.width // 64), len(rows), 1), resources, uniforms)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     @abstractmethod
-    def _feed(self, buffer: moderngl.Buffer) -> None:
-        """Bind what the shader `record` reads, and the buffer that it writes."""
+    def _feed(self, buffer: moderngl.Buffer, where: Uniforms) -> tuple[Resources, Uniforms]:
+        """What the shader `record` reads, with the buffer that it writes; its uniforms, with its place in the table."""

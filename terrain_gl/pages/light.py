@@ -20,7 +20,7 @@ from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Vector
 from ..gpu import gl, layout
-from ..gpu.bindings import bind
+from ..gpu.passes import Resources
 from ..light.gaussians import SKY_AXES
 from ..light.ground import HeightSums, SumsTable
 from ..light.horizon import FULL, SUN_RADIUS, Visibility, lattice_direction, sun_uniforms
@@ -125,10 +125,10 @@ class PageVisibility:
         assert self._at
         return sun_uniforms(*self._at)
 
-    def bind(self) -> None:
-        """Bind the light for shaders that include horizon/visible.glsl."""
-        assert self.sweep
-        bind("pages/visible.glsl", u_sun_horizon=self.sweep.sun, u_packed=self.sweep.sky)
+    @property
+    def resources(self) -> Resources:
+        """The light, for shaders that include horizon/visible.glsl."""
+        return {"u_sun_horizon": self.sweep.sun, "u_packed": self.sweep.sky} if self.sweep else {}
 
     def update(self, posts: Rect) -> None:
         """Follow an edit: pages whose windows hold edited posts get new light, and until then keep their old light."""
@@ -227,10 +227,11 @@ class SumsOfPages:
         self._terrain = terrain
         self._texture = gl.WordTexture(terrain.ctx)
 
-    def bind(self) -> None:
-        """Bind the sums for shaders that read relief."""
+    @property
+    def resources(self) -> Resources:
+        """What shaders read of the sums: glsl/shade/posts.glsl."""
         sums = self._terrain.height_sums
-        bind("shade/posts.glsl", HeightSums=sums, u_height_sums=self._texture.of(sums))
+        return {"HeightSums": sums, "u_height_sums": self._texture.of(sums)}
 
     def update(self, posts: Rect) -> None:
         """Follow an edit. There is nothing to do: the pages have new sums already."""

@@ -9,10 +9,10 @@ import moderngl
 import numpy as np
 
 from ..basics.steps import Steps
-from ..gpu import gl, layout, shaders
-from ..gpu.bindings import bind
+from ..gpu import gl, layout
+from ..gpu.passes import ComputePass, Resources
 from ..light.gaussians import SKY_AXES, SKY_SHARPNESS
-from ..light.horizon import AZIMUTHS, BATCH, FULL, fold_tables, lattice_directions
+from ..light.horizon import AZIMUTHS, BATCH, FULL, fold_tables, fold_uniforms, lattice_directions
 from ..light.moments import COSINES, SINES, Direction
 from .terrain import PagedTerrain
 from .windows import BORDER, MARGIN, PageWindows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
@@ -36,6 +36,8 @@ class PageSweep:
         for texture in (self.sun, self.sky):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._directions = lattice_directions(AZIMUTHS)
+        self._windows: dict[str, Any] = {}  # uniforms about the windows that were sent
+        self._inside: dict[str, Any] = {}
         self._make_kernels()
         self._make_scratch()
 
@@ -55,24 +57,22 @@ class PageSweep:
         block["last_post"] = self._side
         block["spacing_m"] = (spacing[0] * 2**level, spacing[1] * 2**level)
         self._block.write(block.tobytes())
-        shift, within = np.zeros((2, layout.MAX_WINDOWS, 4), "i4")
-        shift[:count, :2] = windows.shift
+        shift = np.zeros((layout.MAX_WINDOWS, 2), "i4")
+        within = np.zeros((layout.MAX_WINDOWS, 4), "i4")
+        shift[:count] = windows.shift
         within[:count] = windows.inside
-        self._around["u_shift"].write(np.ascontiguousarray(shift[:, :2]).tobytes())  # type: ignore[union-attr]
-        self._around["u_within"].write(within.tobytes())  # type: ignore[union-attr]
-        self._around["u_windows"] = count
-        inside = tuple(windows.inside[0].tolist())
-        for kernel in (self._around, self._fold, self._keep):
-            gl.write_uniforms(kernel, inside=inside)
+        self._windows = {"windows": count, "shift": list(map(tuple, shift.tolist()))}
+        self._windows["within"] = list(map(tuple, within.tolist()))
+        self._inside = {"inside": tuple(windows.inside[0].tolist())}
 
     def sun_steps(self, slot: int, towards: Direction) -> Steps[None]:
         """The sun's horizon of a page whose windows were sent; yields progress from 0 to 1."""
         self._sweep(towards, 0, self._tile)
         side = self._tile + 1
-        bind("horizon/keep.comp", u_horizons=self._horizons, u_kept=self.sun)
         corner = slot % self.terrain.across * side, slot // self.terrain.across * side
-        gl.write_uniforms(self._keep, towards=towards, corner=corner, side=side, apron=(self._side - self._tile) // 2)
-        self._keep.run(-(-side // 64), side)
+        where = {"towards": towards, "corner": corner, "side": side, "apron": (self._side - self._tile) // 2}
+        read = {**self._window, "u_horizons": self._horizons, "u_kept": self.sun}
+        self._keep.run((-(-side // 64), side, 1), read, self._inside | where)
         self.ctx.memory_barrier(_BARRIER)
         yield 1.0
 
@@ -85,17 +85,15 @@ class PageSweep:
             for layer, towards in enumerate(directions):
                 self._sweep(towards, layer, self._tile // 2)
                 yield (batch + layer / BATCH) * BATCH / AZIMUTHS
-            self._bind_window()
-            bind("horizon/fold.comp", u_horizons=self._horizons, **self._tables)
-            gl.write_uniforms(self._fold, texels=(texels, texels), first_row=0, first_cell=(first, first))
-            gl.write_uniforms(self._fold, directions=directions, batch=batch, is_last=batch == AZIMUTHS // BATCH - 1)
-            self._fold.run(-(-texels // 64), texels)
+            where = {"texels": (texels, texels), "first_row": 0, "first_cell": (first, first)}
+            uniforms = fold_uniforms(SKY_AXES, batch, directions) | self._inside | where
+            read = {**self._window, **self._tables, "u_horizons": self._horizons}
+            self._fold.run((-(-texels // 64), texels, 1), read, uniforms)
             self.ctx.memory_barrier(_BARRIER)
             yield (batch + 1) * BATCH / AZIMUTHS
-        bind("horizon/pack.comp", Shares=self._tables["Shares"], u_packed=self.sky)
         corner = slot % self.terrain.across * texels, slot // self.terrain.across * texels
-        gl.write_uniforms(self._pack, texels=(texels, texels), corner=corner)
-        self._pack.run(-(-texels // 64), texels)
+        packed = {"Shares": self._tables["Shares"], "u_packed": self.sky}
+        self._pack.run((-(-texels // 64), texels, 1), packed, {"texels": (texels, texels), "corner": corner})
         self.ctx.memory_barrier(_BARRIER)
         yield 1.0
 
@@ -105,8 +103,10 @@ class PageSweep:
         for resource in (*parts, self._around, self._fold, self._pack, self._keep):
             resource.release()
 
-    def _bind_window(self) -> None:
-        bind("blocks/terrain.glsl", Terrain=self._block, u_heights=self._heights)
+    @property
+    def _window(self) -> Resources:
+        """The windows, which take the place of the map (glsl/blocks/terrain.glsl)."""
+        return {"Terrain": self._block, "u_heights": self._heights}
 
     def _sweep(self, towards: Direction, layer: int, cells: int) -> None:
         """Compute horizons in one azimuth, at the posts of a page of `cells` cells a side and of its margin."""
@@ -115,23 +115,19 @@ class PageSweep:
         steps = (self._side - high, self._side - low) if ahead > 0 else (low, high)  # glsl/horizon/lines.glsl
         drift = sorted(-aside * step for step in steps)
         first, end = low - int(np.ceil(drift[1])) - 1, high - int(np.floor(drift[0])) + 1
-        self._bind_window()
-        bind("horizon/around.comp", u_horizon=self._horizons, Hulls=self._hulls)
-        gl.write_uniforms(self._around, towards=towards, layer=layer, first_line=first, lines=end - first + 1)
-        gl.write_uniforms(self._around, core=(low, high))
-        self._around.run(-(-(end - first + 1) // 64))
+        count = end - first + 1
+        where = {"towards": towards, "layer": layer, "first_line": first, "lines": count, "core": (low, high)}
+        read = {**self._window, "u_horizon": self._horizons, "Hulls": self._hulls}
+        self._around.run((-(-count // 64), 1, 1), read, self._windows | self._inside | where)
         self.ctx.memory_barrier(_BARRIER)
 
     def _make_kernels(self) -> None:
         window = {"WINDOW": 1, "LOBES": len(SKY_AXES), "FULL": f"{FULL}.0"}
         tables = {"SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": layout.SKY_TEXEL}
         self._around, self._keep, self._pack = (
-            shaders.compute(self.ctx, f"horizon/{name}.comp", window) for name in ("around", "keep", "pack")
+            ComputePass(self.ctx, f"horizon/{name}.comp", window) for name in ("around", "keep", "pack")
         )
-        self._fold = shaders.compute(self.ctx, "horizon/fold.comp", window | tables)
-        axes = self._fold["u_axes"]
-        assert isinstance(axes, moderngl.Uniform)
-        axes.write(SKY_AXES.astype("f4").tobytes())
+        self._fold = ComputePass(self.ctx, "horizon/fold.comp", window | tables)
 
     def _make_scratch(self) -> None:
         heightmap = self.terrain.heightmap

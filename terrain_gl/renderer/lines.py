@@ -7,16 +7,13 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..gpu import shaders
-from ..gpu.bindings import bind
+from ..gpu.passes import DrawPass, Feed, State
 from ..heightmap import Heightmap, ground_m
 from ..shade.picture import Picture
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
 Color = tuple[int, int, int, int]
 Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
-# blending of colour, then of opacity: the picture below stays opaque
-_OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class Lines:
@@ -25,10 +22,10 @@ class Lines:
     def __init__(self, ctx: moderngl.Context, samples: int) -> None:
         self.ctx = ctx
         files = {"vertex": "view/lines.vert", "fragment": "view/lines.frag"}
-        self._program = shaders.program(ctx, **files, defines={"SAMPLES": samples})
+        self._pass = DrawPass(ctx, files, {"SAMPLES": samples})
         self._pieces = ctx.buffer(reserve=PIECE.itemsize, dynamic=True)
         content = [(self._pieces, "3f4 3f4 4f1 /i", "in_a_m", "in_b_m", "in_color")]
-        self._vao = ctx.vertex_array(self._program, content)
+        self._feed = Feed(content, mode=moderngl.TRIANGLE_STRIP)
 
     def draw(
         self,
@@ -46,20 +43,14 @@ class Lines:
             return
         self._pieces.orphan(pieces.nbytes)
         self._pieces.write(pieces.tobytes())
-        self._program["u_window_px"] = size
-        self._program["u_width_px"] = width_px
-        picture.view.bind()
-        bind("view/lines.frag", u_depth=picture.depth)
-        target.use()
-        target.viewport = (0, 0, *size)
-        self.ctx.enable_only(moderngl.BLEND)
-        self.ctx.blend_func = _OVER  # type: ignore[assignment]  # its type lacks the form with four factors
-        self._vao.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
-        self.ctx.enable_only(moderngl.NOTHING)
+        state = State(target, (0, 0, *size), blends=True, stays_opaque=True)
+        read = {**picture.view.resources, "u_depth": picture.depth}
+        uniforms = {"window_px": size, "width_px": width_px}
+        self._pass.draw(state, read, uniforms, self._feed, vertices=4, instances=len(pieces))
 
     def release(self) -> None:
-        for resource in (self._vao, self._pieces, self._program):
-            resource.release()
+        self._pass.release()
+        self._pieces.release()
 
 
 def _pieces(points: np.ndarray, color: Color, camera: Camera) -> np.ndarray:

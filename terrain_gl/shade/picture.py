@@ -17,9 +17,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
-from ..gpu import gl
-from ..gpu.bindings import bind
-from ..gpu.passes import State, clear
+from ..gpu.passes import NOTHING_MORE, Box, Resource, Resources, State, clear
 from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
@@ -33,7 +31,7 @@ from ..mesh import MeshDraws
 from ..pages.light import light_of
 from ..terrain import Terrain
 from . import contours, surroundings
-from .programs import PixelPrograms, Wanted
+from .programs import PixelPasses, Wanted
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _OF_LIGHT = ("visibility", "ambient", "direct", "lobes")  # styles that show parts of the light
@@ -121,7 +119,7 @@ class Picture:
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums, self.lighting = light_of(self.terrain)
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
-        self.programs = PixelPrograms(self.ctx, self.samples)
+        self.programs = PixelPasses(self.ctx, self.samples, self.terrain.defines)
         self._targets: list[Any] = []
         self._shaded: tuple[Look, int] = (PLAIN, surroundings.NONE)  # the last look, and the surroundings in it
         self.resize(size)
@@ -199,7 +197,7 @@ class Picture:
         edge = surroundings.seen_from(camera, self.terrain) if around else surroundings.NONE
         if look.style in _LIT and not self.lighting.is_there:
             if self.waits_for_light and self.lighting.rehearse():
-                self._colour(look, edge)  # compiles the programs of the style
+                self._colour(look, edge, (0, 0, *self.size))  # compiles the programs of the style
             look = replace(look, style="lambert")
             edge = surroundings.NONE
         if look.style in _LIT:
@@ -207,9 +205,7 @@ class Picture:
         self._shaded = look, edge
         corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
         for done, corner in enumerate(corners, 1):
-            self._scissor(*corner, *tile)
-            self._colour(look, edge)
-            self._scissor(0, 0, *self.size)
+            self._colour(look, edge, (*corner, *tile))
             yield done / len(corners)
 
     def _has_holes(self, look: Look) -> bool:
@@ -230,30 +226,23 @@ class Picture:
             self._seeing[what, holes] = MeshDraws("PICTURE", {"HOLES": holes}, **stages)
         return self._seeing[what, holes]
 
-    def _scissor(self, *tile: Any) -> None:
-        """Restrict colouring to a part of the picture: column and row of its lower left corner, width, height."""
-        self._screen.scissor = self._kind.scissor = tile
-
-    def _colour(self, look: Look, edge: int) -> None:
-        """Colour the pixels inside the scissor, one kind after the other."""
+    def _colour(self, look: Look, edge: int, tile: Box) -> None:
+        """Colour the pixels of a tile (column and row of its lower left corner, width, height), kind by kind."""
         style = f"shade/{look.style}.frag"
         wanted = self._wanted(look, edge)
+        read = self._resources
         self._listed.write(_NOTHING_LISTED)
-        gl.clip_control_zero_to_one(self.ctx)  # for the depth test that selects the kind, if no mesh was drawn
-        self._bind()
-        if look.style in _LIT:
-            self.lighting.bind()
-        self._write_over(self._kind, "1")
-        self.programs.of("shade/kind.frag", "ANY", wanted._replace(wet=False))[1].render(vertices=3)
-        self._write_over(self._screen, "==")
+        find_kind = wanted._replace(wet=False)
+        self.programs.draw("shade/kind.frag", "ANY", find_kind, State(self._kind, scissor=tile, depth="1"), read)
+        of_kind = State(self._screen, scissor=tile, depth="==")
         for kind in ("OPEN", "SKY", "NEAR") if edge else ("SKY", "NEAR"):
-            self.programs.of(style, kind, wanted)[1].render(vertices=3)
-        self._run_listed(style, wanted)
+            self.programs.draw(style, kind, wanted, of_kind, read)
+        self.ctx.memory_barrier()
+        self.programs.run_listed(style, wanted, self._listed, {**read, "u_picture": self._picture})
+        self.ctx.memory_barrier()
         if look.wires and look.style != "wireframe":
-            self.ctx.enable(moderngl.BLEND)
-            self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
-            self.colour("shade/wires.frag")
-            self.ctx.disable(moderngl.BLEND)
+            plain = Wanted(self.lighting.defines, wanted.uniforms)
+            self.programs.draw("shade/wires.frag", "ANY", plain, State(self._screen, scissor=tile, blends=True), read)
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
         """Make the light of a look, if it is missing."""
@@ -336,15 +325,13 @@ class Picture:
         """Output of a fragment shader for pixels of one of `KINDS`: (height, width, components), first row on top."""
         return self._read_back(fragment, kind, Wanted(self.lighting.defines, uniforms), components, dtype)
 
-    def show(self, framebuffer: moderngl.Framebuffer) -> None:
-        """Copy the finished picture to a window's framebuffer, enlarged to its viewport."""
-        copy = "shade/show.frag" if framebuffer.viewport[2:] == self.size else "shade/enlarge.frag"
-        program, vao = self.programs.of(copy, "ANY", Wanted(self.lighting.defines, {}))
-        framebuffer.use()
-        self.ctx.disable(moderngl.DEPTH_TEST)
-        program["u_window"] = framebuffer.viewport
-        bind(copy, u_picture=self._picture)
-        vao.render(vertices=3)
+    def show(self, framebuffer: moderngl.Framebuffer, viewport: Box | None = None, scissor: Box | None = None) -> None:
+        """Copy the finished picture to a framebuffer, enlarged to a viewport (by default, the whole framebuffer)."""
+        window = viewport or (0, 0, *framebuffer.size)
+        copy = "shade/show.frag" if window[2:] == self.size else "shade/enlarge.frag"
+        state = State(framebuffer, window, scissor)
+        wanted = Wanted(self.lighting.defines, {"window": window})
+        self.programs.draw(copy, "ANY", wanted, state, {"u_picture": self._picture})
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -388,21 +375,14 @@ class Picture:
         target = self.ctx.framebuffer([texture])
         self._fill(target, fragment, kind, wanted)
         noted = from_top(texture.read(alignment=1), dtype, self.size, components)
-        self._screen.use()
         target.release()
         texture.release()
         return noted
 
     def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str, wanted: Wanted) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`."""
-        self._bind()
-        program, vao = self.programs.of(fragment, kind, wanted)
-        if gl.has(program, "Lights"):
-            self.lighting.bind()
-            gl.write_uniforms(program, **self.lighting.uniforms)
-        target.use()
-        self.ctx.disable(moderngl.DEPTH_TEST)
-        vao.render(vertices=3)
+        uniforms = wanted.uniforms | (self.lighting.uniforms if self.lighting.is_there else {})
+        self.programs.draw(fragment, kind, wanted._replace(uniforms=uniforms), State(target), self._resources)
 
     def _wanted(self, look: Look, edge: int) -> Wanted:
         """The settings that all programs which colour a look share."""
@@ -421,28 +401,14 @@ class Picture:
             self.lighting.defines, uniforms, look.water_m is not None, edge, grained, lined, clear=look.is_clear
         )
 
-    def _write_over(self, target: moderngl.Framebuffer, depth_func: str) -> None:
-        """Let the next passes write the pixels of a target that pass a depth test."""
-        target.use()
-        self.ctx.enable(moderngl.DEPTH_TEST)
-        self.ctx.depth_func = depth_func
-
-    def _run_listed(self, fragment: str, wanted: Wanted) -> None:
-        """Colour the pixels that shade/kind.frag has listed."""
-        kernel, _ = self.programs.of(fragment, "MIXED", wanted)
-        bind("shade/lambert.frag", u_picture=self._picture)
-        self.ctx.memory_barrier()
-        kernel.run_indirect(self._listed)
-        self.ctx.memory_barrier()
-
-    def _bind(self) -> None:
-        """Bind everything that shading reads, except the light."""
-        self.terrain.bind()
-        self.view.bind()
-        self.sums.bind()
-        bind("shade/seen.glsl", Listed=self._listed, u_depth=self._depth)
+    @property
+    def _resources(self) -> Resources:
+        """Everything that shading may read."""
+        seen: dict[str, Resource] = {"Listed": self._listed, "u_depth": self._depth}
         if self._drawn:
-            bind("shade/drawn.glsl", u_drawn=self._drawn)
+            seen["u_drawn"] = self._drawn
+        map_read = {**self.terrain.resources, **self.view.resources, **self.sums.resources}
+        return {**map_read, **self.lighting.resources, **seen}
 
     def _target(self, made: Target) -> Target:
         """Keep a resource that depends on the picture's size, to release it at the next resize."""
@@ -450,6 +416,5 @@ class Picture:
         return made
 
     def _release_targets(self) -> None:
-        gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
         while self._targets:
             self._targets.pop().release()

@@ -10,8 +10,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..gpu import shaders
-from ..gpu.bindings import bind
+from ..gpu.passes import DrawPass, Feed, State
 from ..gpu.session import Resource
 
 
@@ -21,36 +20,31 @@ class GuiDraw:
     def __init__(self, ctx: moderngl.Context, imgui: Any) -> None:
         self.ctx = ctx
         self.imgui = imgui
-        self._program = shaders.program(ctx, vertex="view/gui.vert", fragment="view/gui.frag")
+        self._pass = DrawPass(ctx, {"vertex": "view/gui.vert", "fragment": "view/gui.frag"})
         self._textures: dict[int, moderngl.Texture] = {}
         self._vertices, self._indices = (ctx.buffer(reserve=1, dynamic=True) for _ in range(2))
         content = [(self._vertices, "2f4 2f4 4f1", "in_at_px", "in_texel", "in_color")]
-        self._vao = ctx.vertex_array(self._program, content, self._indices, index_element_size=imgui.INDEX_SIZE)
+        self._feed = Feed(content, self._indices, imgui.INDEX_SIZE)
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def draw(self, framebuffer: moderngl.Framebuffer, size: tuple[int, int], data: Any) -> None:
         """Draw a frame over the picture in a framebuffer of `size` (width, height)."""
         for texture in self.imgui.get_platform_io().textures:
             self._follow(texture)
-        framebuffer.use()
-        framebuffer.viewport = (0, 0, *size)
-        self._program["u_size_px"] = size
-        self.ctx.enable_only(moderngl.BLEND)
-        self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         for triangles in data.cmd_lists:
             _upload(self._vertices, triangles.vtx_buffer, self.imgui.VERTEX_SIZE)
             _upload(self._indices, triangles.idx_buffer, self.imgui.INDEX_SIZE)
             for command in triangles.cmd_buffer:
                 left, top, right, bottom = (max(round(side), 0) for side in command.clip_rect)
                 if right > left and bottom > top:
-                    framebuffer.scissor = (left, size[1] - bottom, right - left, bottom - top)
-                    bind("view/gui.frag", u_texture=self._textures[command.tex_ref.get_tex_id()])
-                    self._vao.render(moderngl.TRIANGLES, command.elem_count, first=command.idx_offset)
-        framebuffer.scissor = (0, 0, *size)
-        self.ctx.enable_only(moderngl.NOTHING)
+                    scissor = left, size[1] - bottom, right - left, bottom - top
+                    state = State(framebuffer, (0, 0, *size), scissor, blends=True)
+                    read = {"u_texture": self._textures[command.tex_ref.get_tex_id()]}
+                    part = {"vertices": command.elem_count, "first": command.idx_offset}
+                    self._pass.draw(state, read, {"size_px": size}, self._feed, **part)
 
     def release(self) -> None:
-        made: list[Resource] = [*self._textures.values(), self._vao, self._vertices, self._indices, self._program]
+        made: list[Resource] = [*self._textures.values(), self._vertices, self._indices, self._pass]
         for resource in made:
             resource.release()
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import moderngl
 
 from ..basics.exceptions import TerrainError
+from ..gpu.passes import clear
 from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
 from ..renderer import Renderer
@@ -41,7 +42,7 @@ from .window_state import Frame, Size, WindowState
 HINT_S = 10.0
 QUIT_S = 5.0  # Esc closes the window if it is pressed again within this time
 _LONGEST_S = 0.25  # most seconds that the camera moves in one frame, even after a longer frame
-_BACKGROUND = (0.16, 0.19, 0.23)
+_BACKGROUND = (0.16, 0.19, 0.23, 1.0)
 _LENS_PX = 110
 
 
@@ -325,12 +326,10 @@ class Viewer:
     def draw(self) -> None:
         """Draw the picture and the marks over it into the target."""
         self.window.stale = False
-        self.target.use()
-        self.target.viewport = (0, 0, *self.window.size)
         if self.scene.has_map and self.painter.has_picture:
             self._draw_scene()
         else:
-            self.ctx.clear(*_BACKGROUND)
+            clear(self.target, colour=_BACKGROUND)
 
     def _move(self) -> None:
         controller = self.scene.controller
