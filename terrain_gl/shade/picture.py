@@ -17,7 +17,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
-from ..gpu.passes import NOTHING_MORE, Box, Resource, Resources, State, clear
+from ..gpu.passes import Box, Resource, Resources, State, clear
 from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
