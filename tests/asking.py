@@ -3,6 +3,7 @@
 import numpy as np
 
 from terrain_gl.gpu import shaders
+from terrain_gl.gpu.passes import ComputePass
 
 _KERNEL = """
 layout(local_size_x = 64) in;
@@ -17,23 +18,34 @@ void main() {
 """
 
 
-def ask(ctx, path, statements, a, b=0.0, defines=None, bind=lambda kernel: None):
+class _Asked(ComputePass):
+    """A compute shader whose text is made here."""
+
+    def __init__(self, ctx, path, text):
+        super(ComputePass, self).__init__(ctx, ctx.compute_shader(text), path, text)
+
+
+def ask(ctx, path, statements, a, b=0.0, defines=None, resources=None, uniforms=None, bind=None):
     """Run GLSL statements for each row of `a` and `b`, (n, 4) or (4,); returns the results, (n, 4) float64.
 
-    The statements end with a return, and may use all that the file at `path` provides. `bind` binds what that file
-    reads. Storage blocks 14 and 15 are taken.
+    The statements end with a return, and may use all that the file at `path` provides. `resources` and `uniforms` are
+    what that file reads. Storage blocks 14 and 15 are taken.
     """
     a = np.atleast_2d(np.asarray(a, "f4"))
     pairs = np.stack(np.broadcast_arrays(a, np.asarray(b, "f4")), 1)
-    kernel = ctx.compute_shader(shaders.source(path, defines or {}) + _KERNEL.replace("STATEMENTS", statements))
+    asked = _Asked(ctx, path, shaders.source(path, defines or {}) + _KERNEL.replace("STATEMENTS", statements))
     questions, answers = ctx.buffer(pairs.tobytes()), ctx.buffer(reserve=16 * len(pairs))
-    kernel["u_questions"] = len(pairs)
-    bind(kernel)
-    questions.bind_to_storage_buffer(14)
-    answers.bind_to_storage_buffer(15)
-    kernel.run(-(-len(pairs) // 64))
+    read = {**(resources or {}), "Questions": questions, "Answers": answers}
+    if bind:  # for shaders of the rings, which are no passes yet
+        bind(asked._program)
+        for name, buffer in (("Questions", questions), ("Answers", answers)):
+            buffer.bind_to_storage_buffer({"Questions": 14, "Answers": 15}[name])
+        asked._program["u_questions"] = len(pairs)
+        asked._program.run(-(-len(pairs) // 64))
+    else:
+        asked.run((-(-len(pairs) // 64), 1, 1), read, {**(uniforms or {}), "questions": len(pairs)})
     ctx.memory_barrier()
     told = np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype(float)
-    for resource in (kernel, questions, answers):
+    for resource in (asked, questions, answers):
         resource.release()
     return told

@@ -69,17 +69,20 @@ def test_the_shaders_drop_and_sag_are_the_references(ctx):
     scene, view = Scene.of(ctx, heightmap), ViewBlock(ctx)
     view.write(scene.terrain, camera, (64, 36), 1.0)
 
-    def bind(kernel):
-        view.bind()
-        scene.terrain.bind()
-
     posts = np.indices((9, 12)).reshape(2, -1)[::-1].T
     expected = reference.drop_m((9, 12), heightmap.spacing_m, np.asarray(camera.eye), camera.bend_per_m)
     statement = "return vec4(drop_m(post_from_eye_m(ivec2(a.xy))), sag_m(int(a.z)), drop_between_m({}, b.xy), 0.0);"
     at = "post_from_eye_m(ivec2(a.xy)) + vec2(b.x, -b.y) * u_spacing_m"
     questions = np.c_[posts, np.arange(len(posts)) % 9 - 2, 0 * posts[:, :1]]
     part = (0.25, 0.625)
-    told = ask(ctx, "blocks/view.glsl", statement.format(at), questions, (*part, 0, 0), bind=bind)
+    told = ask(
+        ctx,
+        "blocks/view.glsl",
+        statement.format(at),
+        questions,
+        (*part, 0, 0),
+        resources={**view.resources, **scene.terrain.resources},
+    )
     assert told[:, 0] == pytest.approx(expected.ravel(), rel=1e-5)
     sags = [reference.largest_sag_m(int(level), heightmap.spacing_m, camera.bend_per_m) for level in questions[:, 2]]
     assert told[:, 1] == pytest.approx(sags, rel=1e-5)
@@ -220,14 +223,9 @@ def test_rays_meet_the_plain_around_the_map_where_it_is(ctx):
     scene, view, camera = Scene.of(ctx, PLAIN), ViewBlock(ctx), over_plain(bend=1e-6)
     view.write(scene.terrain, camera, (64, 36), 1.0)
     rays = np.c_[np.random.default_rng(2).normal(size=(200, 2)), np.linspace(-0.6, 0.1, 200)]
-
-    def bind(kernel):
-        view.bind()
-        kernel["u_edge_m"] = 40.0
-
-    told = ask(
-        ctx, "shade/edge.glsl", "return vec4(plain_depth(Ray(vec3(0.0), a.xyz)));", np.c_[rays, rays[:, 0]], bind=bind
-    )[:, 0]
+    read, plain = {**view.resources, **scene.terrain.resources}, {"edge_m": 40.0}
+    statement = "return vec4(plain_depth(Ray(vec3(0.0), a.xyz)));"
+    told = ask(ctx, "shade/edge.glsl", statement, np.c_[rays, rays[:, 0]], resources=read, uniforms=plain)[:, 0]
     across, below_m = np.square(rays[:, :2]).sum(1), camera.eye[2] - 40.0 + scene.terrain.base_m
     inside = np.square(rays[:, 2]) - 4e-6 * across * below_m
     meets = (rays[:, 2] < 0) & (inside > 1e-6)

@@ -9,7 +9,6 @@ from maps import MAPS, rough
 
 from terrain_gl import reference
 from terrain_gl.files.maps import bundled
-from terrain_gl.gpu import gl
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light import horizon
 from terrain_gl.light.ground import towards_sun
@@ -273,13 +272,9 @@ STATEMENTS = """
 
 def ask_visible(ctx, visibility, questions):
     """Results (n, 4) of horizon/visible.glsl: a sky lobe; the sun at a place, over a footprint, and seen obliquely."""
-
-    def bind(kernel):
-        visibility.sky.terrain.bind()
-        visibility.bind()
-        gl.write_uniforms(kernel, **visibility.uniforms)
-
-    return ask(ctx, "horizon/visible.glsl", STATEMENTS, questions, defines=visibility.defines, bind=bind)
+    read = {**visibility.sky.terrain.resources, **visibility.resources, "Lobes": visibility.sky.buffer}  # not used
+    given = {"defines": visibility.defines, "resources": read, "uniforms": visibility.uniforms}
+    return ask(ctx, "horizon/visible.glsl", STATEMENTS, questions, **given)
 
 
 def test_lookups_are_means_over_boxes(ctx, keep):

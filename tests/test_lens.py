@@ -204,7 +204,7 @@ def test_the_bound_of_a_box_holds(ctx, seed):
             "return vec4(error_px(p, b.z, b.z), float(p.outside), float(p.inside), 0.0);",
             np.c_[first, last],
             np.c_[heights - scene.terrain.base_m, error, error],
-            bind=lambda kernel: (scene.terrain.bind(), view.bind()),
+            resources={**scene.terrain.resources, **view.resources},
         )
         outside, inside = told[:, 1] > 0, told[:, 2] > 0
         pinhole = pinhole._replace(near_m=near)

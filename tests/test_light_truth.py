@@ -45,7 +45,7 @@ def test_rays_end_where_marching_says(ctx):
         level = np.sqrt(1 - sine * sine)
         rays = np.stack([flat[0] * level, flat[1] * level, sine, 0 * sine], -1)
         places = np.pad(posts, ((0, 0), (0, 2)))
-        answers = ask(ctx, "../benchmarks/glsl/truth/ground.glsl", RAYS, places, rays, bind=lambda _: terrain.bind())
+        answers = ask(ctx, "../benchmarks/glsl/truth/ground.glsl", RAYS, places, rays, resources=terrain.resources)
         # beyond 4 posts the shader's steps are longer than the reference's, and may step over a tip
         assert np.mean(answers[:, 0] == expected) > 0.97
     assert np.allclose(answers[:, 1], reference.bilinear_heights(heightmap.heights, *posts.T), atol=1e-2)

@@ -60,12 +60,10 @@ def test_recorded_values(tables, size):
 
 
 def asked(ctx, lobes, questions):
-    def bind(_):
-        lobes.terrain.bind()
-        lobes.buffer.bind_to_storage_buffer(3)
-
     statements = "Merged m = merged_over(a.xy, a.zw); return vec4(m.normal, m.albedo.x);"
-    return ask(ctx, "light/merged.glsl", statements, questions, bind=bind)
+    unused = {"Shares": lobes.buffer, "Sunlit": lobes.buffer, "HeightSums": lobes.buffer}  # the file declares them, too
+    read = {**lobes.terrain.resources, "Lobes": lobes.buffer, **unused}
+    return ask(ctx, "light/merged.glsl", statements, questions, resources=read)
 
 
 @pytest.mark.parametrize("size", [(9, 12), (37, 64), (130, 71)])

@@ -39,13 +39,9 @@ def ask_relief(ctx, heightmap, call, questions):
     """Height and slope (n, 3) from a function of relief.glsl, for a post a.xy and an extent a.zw."""
     terrain = Terrain(ctx, heightmap)
     sums = HeightSums(terrain)
-
-    def bind(_):
-        terrain.bind()
-        sums.buffer.bind_to_storage_buffer(0)
-
+    read = {**terrain.resources, **sums.resources}
     statements = f"Relief r = {call}; return vec4(r.height_m, r.slope, 0.0);"
-    answers = ask(ctx, "shade/relief.glsl", statements, questions, bind=bind)[:, :3]
+    answers = ask(ctx, "shade/relief.glsl", statements, questions, resources=read)[:, :3]
     answers[:, 0] += terrain.base_m
     for resource in (sums, terrain):
         resource.release()

@@ -7,7 +7,7 @@ from test_layout import member, members, read_back, writes
 
 from terrain_gl import reference
 from terrain_gl.comparison import clipmap, tessellated
-from terrain_gl.gpu import bindings, gl, layout, shaders
+from terrain_gl.gpu import bindings, layout, shaders
 from terrain_gl.light.gaussians import LIGHTS, LOBE
 from terrain_gl.light.horizon import sun_uniforms
 
@@ -20,21 +20,12 @@ def test_marks_of_posts_are_the_terrains(ctx):
     texture, block = ctx.texture((2, 2), 1, marks.tobytes(), dtype="u1", alignment=1), np.zeros((), layout.TERRAIN)
     block["last_post"], block["has_voids"] = 1, 1
     buffer, at = ctx.buffer(block.tobytes()), RNG.uniform(0, 1, (50, 2))
-
-    def bind(kernel):
-        bindings.bind("shade/marks.glsl", u_marks=texture, Terrain=buffer)
-
-    asked = np.concatenate([at, at], 1)
-    got = ask(
-        ctx, "shade/marks.glsl", "return vec4(marked_at(a.xy), 0.0, 0.0);", asked, defines={"MARKED": "true"}, bind=bind
-    )
+    asked, read = np.concatenate([at, at], 1), {"u_marks": texture, "Terrain": buffer}
+    statement, marked = "return vec4(marked_at(a.xy), 0.0, 0.0);", {"MARKED": "true"}
+    got = ask(ctx, "shade/marks.glsl", statement, asked, defines=marked, resources=read)
     assert got[:, :2] == pytest.approx(at, abs=1e-5)  # voids lie east, water south
     texture.release()
     buffer.release()
-
-
-def seeded(kernel):
-    kernel["u_seed"] = 7
 
 
 def test_inverse_square_root_to_the_bit(ctx):
@@ -48,7 +39,7 @@ def test_stripes_to_the_bit(ctx):
     at, turn = RNG.uniform(-40, 40, (300, 2)).astype("f4"), RNG.uniform(0, 2 * np.pi, 300)
     across = np.stack([np.cos(turn), np.sin(turn)]).astype("f4")
     statement = "return vec4(stripes(a.xy, a.zw, 43u), 0.0, 0.0);"
-    got = ask(ctx, "generate/gully.glsl", statement, np.concatenate([at, across.T], 1), bind=seeded)[:, :2]
+    got = ask(ctx, "generate/gully.glsl", statement, np.concatenate([at, across.T], 1), uniforms={"seed": 7})[:, :2]
     expected = reference.stripes(at.T[:, None], across[:, None], 7, 43)
     assert np.array_equal(got.astype("f4"), expected[:, 0].T)
 
@@ -58,7 +49,7 @@ def test_strata_to_the_bit(ctx):
     statement = "return vec4(strata(a.x, a.yz, 6.0, 1.0 / 6.0, 16.0, a.w, 80u));"
     strength = RNG.uniform(0, 1, 300).astype("f4")
     asked = np.concatenate([h[:, None], at, strength[:, None]], 1)
-    got = ask(ctx, "generate/strata.glsl", statement, asked, bind=seeded)[:, 0]
+    got = ask(ctx, "generate/strata.glsl", statement, asked, uniforms={"seed": 7})[:, 0]
     expected = reference.strata(h[None], at.T[:, None], 6, 16, strength[None], 7, 80)
     assert np.array_equal(got.astype("f4"), expected[0])
 
@@ -67,12 +58,9 @@ def test_strata_to_the_bit(ctx):
 def test_share_of_the_suns_disc(ctx, elevation):
     radius = 0.0047
     horizons = elevation + radius * np.linspace(-2, 2, 81)
-
-    def bind(kernel):
-        gl.write_uniforms(kernel, **sun_uniforms((0.0, np.cos(elevation), np.sin(elevation)), radius))
-
+    sun = sun_uniforms((0.0, np.cos(elevation), np.sin(elevation)), radius)
     asked = np.sin(horizons)[:, None].repeat(4, 1)
-    got = ask(ctx, "horizon/disc.glsl", "return vec4(disc_share(a.x));", asked, bind=bind)[:, 0]
+    got = ask(ctx, "horizon/disc.glsl", "return vec4(disc_share(a.x));", asked, uniforms=sun)[:, 0]
     # GLSL 4.3 gives asin() 4096 units in the last place; the share's slope is at most 2/π
     step = float(np.spacing(np.float32(abs(elevation) + 2 * radius)))
     slack = 4096 * (2 / np.pi * step / radius + 2.0**-23 / np.pi)
