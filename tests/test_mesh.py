@@ -202,42 +202,29 @@ def test_vertices_stand_in_the_picture_where_they_belong(ctx, name):
     scene.release()
 
 
-CORNER = np.dtype([("post", "2f4"), ("low", "2u2"), ("high", "2u2"), ("step_log2", "f4"), ("shape", "u4")])
+CORNER = np.dtype([("post", "2f4"), ("low", "2u2"), ("high", "2u2"), ("step_log2", "f4"), ("bound", "u4")])
 
 
 @pytest.mark.parametrize("name", ["odd", "holes", "cliff"])
 def test_triangles_of_a_patch_are_those_that_the_error_tables_speak_of(ctx, name):
-    """Halves of the lattice's cells, by either diagonal; in fans, wedges around the centre on whole or split edges."""
+    """Each triangle lies in one cell of its patch's lattice, also where neighbours cut the patch's edges."""
     scene = Scene.of(ctx, MAPS[name]())
     draw = MeshDraw(scene.levels, "PICTURE", varyings=("v_post", "v_of_patch"))
-    sizes_seen = set()
+    sizes_seen, is_cut = set(), False
     for camera in cameras(scene.heightmap).values():
-        for tolerance in (0.0, 0.5, 2.0):
+        for tolerance in (0.5, 2.0):
             data = draw.capture(scene.select(camera, tolerance), CORNER.itemsize)
             vertices = np.frombuffer(data, CORNER).reshape(-1, 3)
-            vertices = vertices[
-                vertices["step_log2"][:, 0] >= 0
-            ]  # cells of the map that are cut: tests/test_between.py
-            step = 1 << vertices["step_log2"][:, 0].astype(int)
-            origin, shape = vertices["low"][:, 0].astype(int), vertices["shape"][:, 0]
-            fan = (shape & 1).astype(bool)
-            places = vertices["post"].astype(int) - origin[:, None]
-            side = step[~fan, None, None]
-            low, ends = (places[~fan] // side).min(1), ((places[~fan] + side - 1) // side).max(1)
-            assert (ends - low == 1).all()
-            last = np.array([scene.heightmap.cols, scene.heightmap.rows]) - 1
-            centre = np.minimum(origin[fan] + step[fan, None], last) - origin[fan]
-            is_centre = (places[fan] == centre[:, None]).all(2)
-            assert is_centre.any(1).all()
-            within = (origin[fan] + 2 * step[fan, None] <= last).all(1)
-            ends = places[fan][within][~is_centre[within]].reshape(-1, 2, 2)
-            span = np.abs(ends[:, 0] - ends[:, 1]).max(1) // step[fan][within]
-            towards = (ends[:, 0] == ends[:, 1]) * np.sign(ends[:, 0] - centre[within])
-            edge = np.select([towards[:, 0] < 0, towards[:, 1] < 0, towards[:, 0] > 0, towards[:, 1] > 0], [0, 1, 2, 3])
-            assert np.array_equal(span, 2 - (shape[fan][within] >> 1 >> edge & 1))
-            segments = (vertices["high"][:, 0].astype(int) - origin)[:, 0] // step
-            sizes_seen |= set(np.log2(segments[~fan]).astype(int).tolist())
-    assert sizes_seen >= {0, 1, 2, 3}
+            step = np.exp2(vertices["step_log2"][:, 0])
+            origin = vertices["low"][:, 0].astype(int)
+            cells = (vertices["post"] - origin[:, None]) / step[:, None, None]
+            low, ends = np.floor(cells).min(1), np.ceil(cells).max(1)
+            segments = (vertices["high"][:, 0].astype(int) - origin)[:, 0] / step
+            fan = step * segments == 1  # a single cell of the map is a fan around its centre
+            assert (ends - low <= 1 + fan[:, None]).all()
+            sizes_seen |= set(np.log2(segments[~fan]).round().astype(int).tolist())
+            is_cut |= bool((cells % 1 != 0).any())
+    assert sizes_seen >= {1, 2, 3} and is_cut
     draw.release()
     scene.release()
 
