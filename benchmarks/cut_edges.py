@@ -26,11 +26,12 @@ for name in sys.argv[1:] or list(bundled()):
     terrain = Terrain(ctx, open_map(name)[0])
     tables = ErrorTables(terrain)
     for level in range(1, min(LEVELS, terrain.top_level) + 1):
-        errors = unpack_nodes(tables.read_nodes(level), terrain.span_m)
+        cut, _ = unpack_nodes(tables.read_nodes(level), terrain.span_m)
+        quads = reference.largest_errors(terrain.filled, level)
         moves = np.max(reference.cut_moves(terrain.filled, level), (0, 1))
-        rough = errors.quad_max > 0
-        whole = errors.quad_max[rough]
-        means = [np.exp(np.log(each[rough] / whole).mean()) for each in (errors.cut_max, errors.quad_max + moves)]
+        rough = quads > 0
+        whole = quads[rough]
+        means = [np.exp(np.log(each[rough] / whole).mean()) for each in (cut, quads + moves)]
         print(f"{name[-24:]:24}{level:6}{rough.sum():9,}{means[0]:8.2f}{means[1]:10.2f}", flush=True)
     tables.release()
     terrain.release()

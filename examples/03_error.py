@@ -3,10 +3,10 @@
 
 A coarse mesh does not go through all posts. This example shows how far the mesh is from the posts.
 
-A quadtree lies over the map. A node of level j covers 2^j x 2^j cells. It is drawn as two triangles through its four
-corners, so the posts between the corners may lie above or below the triangles. The table stores the largest error of
-each node in metres, for the worse of the two diagonals that the GPU may take. The errors depend only on the map.
-Compute shaders find them once, and every view uses them.
+A node of level j covers 2^j x 2^j cells. It is drawn as two triangles through its four corners, so the posts between
+the corners may lie above or below the triangles. The table stores the largest error of each node in metres: for the
+worse of the two diagonals that the GPU may take, and whatever edges its neighbours cut. The errors depend only on the
+map. Compute shaders find them once, and every view uses them.
 
 The picture shows levels 2, 4 and 6: black is a tenth of a metre or less, white a kilometre.
 
@@ -38,7 +38,7 @@ tables = ErrorTables(terrain)
 
 def worst_m(level):
     """(rows, cols) largest error of each node in metres."""
-    return unpack_nodes(tables.read_nodes(level), terrain.span_m).quad_max
+    return unpack_nodes(tables.read_nodes(level), terrain.span_m)[0]
 
 
 def heat(metres):

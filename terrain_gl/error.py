@@ -1,9 +1,8 @@
 """Error tables: the error of every node against the truth, in metres. The tables do not depend on the view.
 
-The record of a node has its largest error and its root mean square error, both for two triangles and for a fan
-(glsl/error/node_errors.glsl). Each node also has the gain of splitting it (glsl/error/gain.glsl). Summed-area tables of
-class counters and of squared errors bound the error of any rectangle of nodes in four fetches (glsl/error/bound.glsl).
-Specification: `reference.node_errors`, `reference.split_gains`.
+The record of a node has its largest error and its root mean square error as a cell of a patch, whatever edges are cut
+(glsl/error/node_errors.glsl). Summed-area tables of class counters and of squared errors bound the error of any
+rectangle of nodes in four fetches (glsl/error/bound.glsl). Specification: `reference.cut_errors`.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ from .terrain import Terrain
 
 SMALL_LEVELS = 2  # glsl/error/small.comp computes nodes up to this level, where the map does not cut them off
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
-GATHERED_BYTES = 72  # of a record `Gathered` in glsl/error/coarse.glsl
+GATHERED_BYTES = 16  # of a record `Gathered` in glsl/error/coarse.glsl
 CUT_BYTES = 8  # of each edge, in the buffer `cuts`
 Nodes: TypeAlias = tuple[int, int, int, int]  # a rectangle of nodes or tiles: first column, first row, columns, rows
-_BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks", "cuts")
+_BUFFERS = ("nodes", "ranges", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
 
@@ -42,8 +41,6 @@ class ErrorTables:
         Records `layout.NODE` of all levels from 1 on.
     ranges
         Records `layout.NODE_RANGE` of these nodes: lowest and highest height; exchanged if the node has voids.
-    gains
-        For each of these nodes, float32: the squared metres that splitting removes for each triangle it adds.
     counters, squares
         Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one
         table for each level, over tiles of nodes (`layout.Level.count_tile`).
@@ -81,7 +78,6 @@ class ErrorTables:
 
             self.nodes = reserve(nodes * layout.NODE.itemsize, "an error table")
             self.ranges = reserve(nodes * layout.NODE_RANGE.itemsize, "a table of height ranges")
-            self.gains = reserve(nodes * 4, "a table of gains")
             self.counters = reserve(tiles * layout.CLASS_WORDS * 4, "a table of counters")
             self.squares = reserve(tiles * 8, "a table of squared errors")
             self.blocks = reserve(blocks * GATHERED_BYTES, "a table of blocks")
@@ -145,10 +141,6 @@ class ErrorTables:
         ranges = self._read(self.ranges, layout.NODE_RANGE, level)
         return np.sort(ranges["heights"]).view(layout.NODE_RANGE)[..., 0]  # they are exchanged where voids are
 
-    def read_gains(self, level: int) -> np.ndarray:
-        """Gains of one level, (rows, cols) float32."""
-        return self._read(self.gains, np.dtype("f4"), level)
-
     def _read(self, buffer: moderngl.Buffer, dtype: np.dtype[Any], level: int) -> np.ndarray:
         sizes = self.terrain.levels[level]
         data = buffer.read(dtype.itemsize * sizes.nodes, offset=dtype.itemsize * sizes.first_node)
@@ -198,7 +190,7 @@ class ErrorTables:
     def _update_nodes(self, j: int, nodes: Nodes, posts: Rect) -> None:
         """Recompute a rectangle of nodes of level j after a change of `posts`."""
         x, y, width, height = nodes
-        records = {"Nodes": self.nodes, "Gains": self.gains, "Ranges": self.ranges}
+        records = {"Nodes": self.nodes, "Ranges": self.ranges}
         if j <= FINE_LEVELS:
             # the map's rim may cut off the last column and the last row of nodes
             last_x, last_y = self.terrain.all_posts[2:] if j <= SMALL_LEVELS else (0, 0)

@@ -51,24 +51,13 @@ def of_nodes(shape, seen, fine):
 
 
 def sampled(truth, seen, level):
-    """Largest errors of a level's nodes at the samples: as quad; in each wedge of the fan with whole and split edges.
+    """Largest errors of a level's nodes at the samples, with whole edges.
 
     The nodes of the fine lattice that are FINER_LOG2 levels higher have the same corners and the same centres.
     """
     fine = level + FINER_LOG2
     seen = of_nodes(truth.shape, seen, fine)
-    quad = np.max([np.abs(errors * seen).max((1, 3)) for errors in reference.quad_errors(truth, fine)], 0)
-    wedge = reference.wedges_of_posts(truth, fine)
-    fans = [
-        np.stack([np.abs(errors * (seen & (wedge == k))).max((1, 3)) for k in range(4)], -1)
-        for errors in reference.fan_errors(truth, fine)
-    ]
-    return quad, *fans
-
-
-def with_edges(whole, split, edges):
-    """Largest error of fans with these edges split, (rows, cols)."""
-    return np.where(edges, split, whole).max(-1)
+    return np.max([np.abs(errors * seen).max((1, 3)) for errors in reference.quad_errors(truth, fine)], 0)
 
 
 MAPS = {
@@ -93,11 +82,8 @@ def test_tables_bound_the_surface_between_the_posts(ctx, name):
     tables = ErrorTables(terrain)
     truth, seen = bilinear(terrain.filled), measured(np.isnan(terrain.heightmap.heights))
     for level in range(1, len(terrain.levels)):
-        table = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
-        quad, whole, split = sampled(truth, seen, level)
-        assert (quad <= table.quad_max).all(), level
-        for edges in itertools.product((False, True), repeat=4):
-            assert (with_edges(whole, split, edges) <= with_edges(table.whole, table.split, edges)).all(), level
+        max_m, _ = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
+        assert (sampled(truth, seen, level) <= max_m).all(), level
     tables.release()
     terrain.release()
 
@@ -109,7 +95,7 @@ def test_errors_at_the_posts_alone_do_not_bound_the_surface(name):
     truth, seen = bilinear(heights), measured(np.zeros(heights.shape, bool))
     for level in (1, 2):
         at_posts = np.max([np.abs(errors).max((1, 3)) for errors in reference.quad_errors(heights, level)], 0)
-        assert (sampled(truth, seen, level)[0] > at_posts * (1 + 1e-9)).any()
+        assert (sampled(truth, seen, level) > at_posts * (1 + 1e-9)).any()
 
 
 @pytest.mark.parametrize("name", ["33x33", "smooth", "cliff"])
@@ -123,20 +109,20 @@ def test_errors_of_quads_are_reached(name):
     step = np.abs(reference.twists(heights)).max() / 4 * 4.0**-FINER_LOG2
     for level in range(1, 5):
         rows, cols = (n - 1 >> level for n in heights.shape)
-        most = reference.node_errors(heights, level).quad_max[:rows, :cols]
-        assert (most <= sampled(truth, seen, level)[0][:rows, :cols] + step).all()
+        most = reference.largest_errors(heights, level)[:rows, :cols]
+        assert (most <= sampled(truth, seen, level)[:rows, :cols] + step).all()
 
 
-def test_kinks_of_nodes_at_the_rim_are_needed(monkeypatch):
+def test_bends_of_nodes_at_the_rim_are_needed(monkeypatch):
     """A ridge at 10 m between two void corners, over flat land: it runs between posts, in cells without a twist."""
     heights, void = np.zeros((4, 6)), np.zeros((4, 6), bool)
     heights[0, 0] = heights[3, 5] = 10.0
     void[0, 0] = void[3, 5] = True
-    quad = sampled(bilinear(heights), measured(void), 3)[0].item()
+    quad = sampled(bilinear(heights), measured(void), 3).item()
     assert quad == pytest.approx(10)
-    assert quad <= reference.node_errors(heights, 3, void).quad_max.item()
-    monkeypatch.setattr(reference.error, "kinks", lambda heights, level: [np.zeros((1, 1))] * 2)
-    assert quad > reference.node_errors(heights, 3, void).quad_max.item() * 1.05
+    assert quad <= reference.largest_errors(heights, 3, void).item()
+    monkeypatch.setattr(reference.error, "bend_bounds", lambda heights, level: np.zeros((1, 1)))
+    assert quad > reference.largest_errors(heights, 3, void).item() * 1.05
 
 
 def test_errors_of_the_steepest_maps_stay_finite(ctx):

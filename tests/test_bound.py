@@ -7,30 +7,6 @@ from terrain_gl import reference
 from terrain_gl.gpu import layout
 
 
-def bilinear_squares(heights, drawn):
-    """Mean squared distance of a drawn cell from the bilinear surface; drawn(s, t) gives heights."""
-    (a, b), (c, d) = heights
-    t, s = (np.indices((200, 200)) + 0.5) / 200
-    true = (1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d)
-    return np.square(drawn(s, t) - true).mean()
-
-
-def test_how_far_a_cell_strays_between_its_posts():
-    """Against sums over many places, for either diagonal, and for four planes around the mean."""
-    heights = np.array([[3.0, 8.0], [-2.0, 5.0]])
-    (a, b), (c, d) = heights
-    quad, fan = (float(squares[0, 0]) for squares in reference.cell_squares(heights))
-    ways = {
-        "falling": lambda s, t: np.where(s >= t, a + (b - a) * s + (d - b) * t, a + (c - a) * t + (d - c) * s),
-        "rising": lambda s, t: np.where(
-            s + t <= 1, a + (b - a) * s + (c - a) * t, d + (c - d) * (1 - s) + (b - d) * (1 - t)
-        ),
-    }
-    for drawn in ways.values():
-        assert bilinear_squares(heights, drawn) == pytest.approx(quad, rel=1e-3)
-    assert bilinear_squares(heights, lambda s, t: four_planes(heights, s, t)) == pytest.approx(fan, rel=1e-3)
-
-
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 8, 32])
 def test_mean_over_the_measured_places_of_a_cell(n):
     """At most t²/64 over n⁴ over the places of `measure`, and as an integral, whichever diagonal each part has."""

@@ -79,25 +79,6 @@ def test_uniform_block_round_trip(ctx, name):
     assert (got == sent).all()
 
 
-def test_node_round_trip(ctx):
-    nodes = np.zeros(3, layout.NODE)
-    nodes["max_m"], nodes["rms_m"] = [[1, 2], [3, 4], [5, 6]], [[7, 8], [9, 10], [11, 12]]
-    nodes["whole"], nodes["split"] = np.arange(12).reshape(3, 4), 255 - np.arange(12).reshape(3, 4)
-    nodes["cut_m"] = [[13, 14], [15, 16], [17, 18]]
-    buffer = ctx.buffer(nodes.tobytes())
-    declaration = "layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };\n"
-    fields = ["unpackHalf2x16(node[{}].max_m)", "unpackHalf2x16(node[{}].rms_m)"]
-    floats = [f"floatBitsToUint({text.format(i)}[{k}])" for i in range(3) for text in fields for k in (0, 1)]
-    shares = [f"node[{i}].{name}" for i in range(3) for name in ("whole", "split")]
-    floats += [f"floatBitsToUint(unpackHalf2x16(node[{i}].cut_m).{part})" for i in range(3) for part in "xy"]
-    source = shaders.source("error/nodes.glsl") + declaration + writes(floats + shares)
-    got = read_back(ctx, source, 24, lambda _: buffer.bind_to_storage_buffer(0))
-    assert got[:12].view("f4").tolist() == list(np.stack([nodes["max_m"], nodes["rms_m"]], 1).ravel())
-    assert got[12:18].view("f4").tolist() == [13, 14, 15, 16, 17, 18]
-    shares = np.concatenate([nodes["whole"], nodes["split"]], 1)
-    assert got[18:].tolist() == shares.view("<u4").ravel().tolist()
-
-
 def test_patch_round_trip(ctx):
     edges = [0, 6, 1, 2]
     word = f"shape_word(11, -5, ivec4{tuple(edges)})"
@@ -116,43 +97,28 @@ def test_patch_round_trip(ctx):
 
 
 def test_nodes_decode_as_the_shader_does(ctx):
-    rng = np.random.default_rng(4)
-    nodes = np.zeros(1, layout.NODE)
-    nodes["max_m"], nodes["rms_m"] = [[900, 2500]], [[-30, 70]]
-    nodes["whole"], nodes["split"] = rng.integers(0, 255, (2, 1, 4))
-    nodes["cut_m"] = [[1100, 300]]
+    nodes = np.array([(1100, 300), (2500, 70)], layout.NODE)
     low_m, span_m, steps = -12.5, 3000.0, np.array([1000, 50000])
     terrain = np.zeros((), layout.TERRAIN)
     terrain["low_m"], terrain["span_m"] = low_m, span_m
     block, buffer = ctx.buffer(terrain.tobytes()), ctx.buffer(nodes.tobytes())
-    floats = [f"{of}.{part}" for of in ("unpack_pair(node[0].max_m)", "texels_rms_m(node[0])") for part in "xy"]
-    shares = ("unpack_shares(node[0].{}, unpack_pair(node[0].max_m).y)[{}]".format(*at) for at in _wedges())
-    floats += [f"unpack_pair(node[0].cut_m).{part}" for part in "xy"]
-    floats += [f"unpack_range({steps[0]}u | {steps[1]}u << 16).{part}" for part in "xy"] + list(shares)
-    declaration = "layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };\n"
-    source = shaders.source("error/nodes.glsl") + declaration
-    source += writes([f"floatBitsToUint({text})" for text in floats] + ["uint(mean_is_known(node[0]))"])
+    floats = [f"unpack_errors(node[{i}]).{part}" for part in "xy" for i in (0, 1)]
+    floats += [f"unpack_range({steps[0]}u | {steps[1]}u << 16).{part}" for part in "xy"]
+    declaration = "layout(std430, binding = 0) readonly buffer Nodes { uint node[]; };\n"
+    source = shaders.source("error/nodes.glsl") + declaration + writes([f"floatBitsToUint({text})" for text in floats])
 
     def bind(_):
         block.bind_to_uniform_block(0)
         buffer.bind_to_storage_buffer(0)
 
-    got = read_back(ctx, source, len(floats) + 1, bind)
-    found = layout.unpack_nodes(nodes, span_m)
+    got = read_back(ctx, source, len(floats), bind)
     ranges = steps * (span_m / 65535) + low_m  # as `ErrorTables.read_ranges` computes heights
-    expected = [found.quad_max, found.fan_max, found.quad_rms, found.fan_rms, found.cut_max, found.cut_rms, ranges]
-    expected = np.concatenate([*expected, found.whole[0], found.split[0]])
-    assert got[:-1].view("f4") == pytest.approx(expected, rel=1e-5)
-    assert bool(got[-1]) != found.has_voids[0]
-
-
-def _wedges():
-    return [(name, k) for name in ("whole", "split") for k in range(4)]
+    assert got.view("f4") == pytest.approx(np.concatenate([*layout.unpack_nodes(nodes, span_m), ranges]), rel=1e-5)
 
 
 def test_gathered_record_has_the_size_that_python_reserves(ctx):
     buffer = ctx.buffer(bytes(3 * error.GATHERED_BYTES))
-    main = "layout(local_size_x = 1) in;\nvoid main() { block_of[0].voids = 1u; block_of[1].most[0] = 7u; }\n"
+    main = "layout(local_size_x = 1) in;\nvoid main() { block_of[0].voids = 1u; block_of[1].max_m = 7u; }\n"
     shader = ctx.compute_shader(shaders.source("error/coarse.glsl") + main)
     buffer.bind_to_storage_buffer(1)
     shader.run()

@@ -183,8 +183,6 @@ def test_boxes_are_widened_by_more_than_rounding():
 # --- The error of a node at a post: guarantee.md, section 1 -----------------------------------------------------------
 
 HEIGHTS = [[corner(row, col) for col in range(3)] for row in range(3)]
-EDGES = ([0, 0], [0, 1], [0, 2]), ([2, 0], [2, 1], [2, 2]), ([0, 0], [1, 0], [2, 0]), ([0, 2], [1, 2], [2, 2])
-RIMS = (0.0, 1e-3, 0.25, 0.5, 0.9, 1.0)  # posts after a node's middle, as a share of those before it
 RECIPROCAL = 6  # units of 2^-24 that a reciprocal may be off: selftest.py accepts these
 
 
@@ -204,38 +202,6 @@ def quad_roundings(text, reciprocal):
             yield found[diagonal].error + beside
 
 
-def wedge_roundings(text, reciprocal, after):
-    """Bounds of the errors of a wedge, with its edge whole and split.
-
-    On its edge are 1 post before the middle and `after` posts behind it. A reciprocal of 0 units is exact.
-    """
-    text = text.replace("[axis]", "")
-    if not reciprocal:  # all weights are exact, and a factor of a power of two rounds nothing
-        for old, new in {
-            "v = 1.0 - w": "v = given_v",
-            "v * n.before + d": "given_u",
-            "u * n.per_side": "given_u_per_side",
-            "(is_first ? u : d) * (is_first ? n.per_before : n.per_after)": "given_along",
-        }.items():
-            assert old in text
-            text = text.replace(old, new)
-    sides = {"per_before": 1.0, "per_after": 1 / after if after else 0.0, "per_side": 1 / (1 + after)}
-    node = {name: weight(value, reciprocal * value) for name, value in sides.items()}
-    node |= {"h": HEIGHTS, "before": weight(1.0)}
-    for edge in EDGES:
-        ends = [HEIGHTS[row][col] for row, col in edge]
-        for first, corners in ((True, ((0, 0), (1, -1), (1, 0))), (False, ((0, 0), (1, 0), (1, after)))):
-            for v, d in corners:
-                off = (reciprocal + 1) * v + 1 - v if reciprocal else 0
-                given = {"u": v + d, "v": v, "u_per_side": (v + d) / (1 + after)}
-                given["along"] = v + d if first else d * sides["per_after"]
-                of = Evaluator(text, Forms(first=first), **{f"given_{name}": weight(x) for name, x in given.items()})
-                found = of.call("wedge_errors_m", node, 0, ends, weight(1 - v, off), weight(d), post())
-                # near the line from centre to corner, a post may count to the next wedge, whose plane is off by this
-                beside = [4 * 2 * (reciprocal + 2) if reciprocal else 0, 0]
-                yield from (each.error + beside for each in found)
-
-
 def cut_roundings(text, reciprocal):
     """How far a post lies off the line between an edge's ends, at both ends; the edge is 1 long."""
     heights = {"first": corner(2, 0), "post": post(), "end": corner(0, 2)}
@@ -249,20 +215,11 @@ def cut_roundings(text, reciprocal):
         yield scope["off"].error
 
 
-def kink_roundings(text, reciprocal):
-    """The bend of a fan's quarter at the rim: of four heights, two may be means of a row and of a column."""
-    call = next(part for part in body(text, "kinks_m")[1] if "bend_m(" in part and "kink.y" in part)
-    bend = call.split("bend_m(")[1].split(", cells")[0].replace("n.h[y][x]", "corner").replace("n.h[1][1]", "centre")
-    of = Evaluator(text, Forms())
-    for share in RIMS:
-        part = {"part": weight(share, reciprocal + 1), "rest": weight(1 - share, reciprocal + 2)}
-        for mean in ("a + part * (b - a)", "rest * a + part * b"):  # mix() may be either
-            row, column = (
-                of.value(parse(mean), part | {"a": a, "b": b})
-                for a, b in ((corner(0, 1), corner(0, 2)), (corner(1, 0), corner(2, 0)))
-            )
-            scope = {"corner": corner(2, 2), "centre": corner(1, 1), "along_row": row, "along_column": column}
-            yield of.value(parse(bend), scope).error
+def bend_roundings(text):
+    """Bounds of the error of a node's twist, from which the bend at the rim follows."""
+    bend = next(part for part in body(text, "bend_bound_m")[1] if "n.h[0][0]" in part)
+    twist = bend.split("abs(")[1].split(") * min")[0]
+    yield Evaluator(text, Forms()).value(parse(twist), {"n": {"h": HEIGHTS}}).error
 
 
 def twist_roundings(text):
@@ -285,15 +242,13 @@ def rounding_suffices(text):
     """Whether errors are raised by more than they are off: in units of the node's largest height, and of the error.
 
     The weights of cut edges have a quotient, and are multiplied and added: 2 roundings, as the move of an edge is not
-    larger than the error. In nodes at the rim, bend_m() has two quotients, a sum and a product; two sums follow.
+    larger than the error. In nodes at the rim, bend_bound_m() has two quotients, a sum and a product; two sums follow.
     """
     allowed = [float(macros(text)[name]) for name in ("ROUNDING", "ROUNDING_AT_RIM")]
-    square = [*quad_roundings(text, 0), *wedge_roundings(text, 0, 1.0)]
-    rim = [*quad_roundings(text, RECIPROCAL)]
-    rim += [found for after in RIMS for found in wedge_roundings(text, RECIPROCAL, after)]
+    square, rim = [*quad_roundings(text, 0)], [*quad_roundings(text, RECIPROCAL)]
     square, rim = np.max(square, 0) + [0, 2], np.max(rim, 0) + [0, 2 + RECIPROCAL + 2]
     square += twist_roundings(text) + [0, CREST]
-    rim += twist_roundings(text) + np.max([*kink_roundings(text, RECIPROCAL)], 0) + [0, RECIPROCAL + 2 + 2]
+    rim += twist_roundings(text) + np.max([*bend_roundings(text)], 0) + [0, RECIPROCAL + 2 + 2]
     cut = [np.max([*cut_roundings(text, reciprocal)], 0) for reciprocal in (0, RECIPROCAL)]
     found = [*zip((square, rim), allowed, strict=True), *zip(cut, allowed, strict=True)]
     return all(
@@ -313,11 +268,11 @@ def check_each_change_breaks(holds, text, changes):
 def test_errors_are_raised_by_more_than_rounding():
     """With reciprocals as far off as the self-test lets pass, but for powers of two, which it wants exact."""
     assert RECIPROCAL * UNIT == QUOTIENT
-    text = source("error/worst.glsl")
-    assert "e * (1.0 + exp2(-19.0)) + n.rounding_m" in text
+    text = source("error/cells.glsl")
+    assert "max(cut_m.x, cut_m.y) * (1.0 + exp2(-19.0)) + n.rounding_m" in text
     assert "most * (1.0 + exp2(-19.0)) + n.rounding_m" in text
-    assert "* roundings * exp2(-24.0)" in text
-    assert "2.0 * most_m(n, worst) + mean" in text and "+ kink_m.xyx + n.rounding_m" in text  # means of crossed cells
+    assert "* (n.is_whole ? ROUNDING : ROUNDING_AT_RIM) * exp2(-24.0)" in text
+    assert "2.0 * raised_m(n, worst_m) + mean_m" in text and "+ bend_m + n.rounding_m" in text
     changes = {
         "ROUNDING 16.0": "ROUNDING 12.0",
         "ROUNDING_AT_RIM 256.0": "ROUNDING_AT_RIM 64.0",
@@ -371,7 +326,7 @@ def crest_is_proved(text, units):
 
 
 def test_the_crest_of_a_cell_is_the_top_of_its_parabola():
-    text = source("error/worst.glsl")
+    text = source("error/cells.glsl")
     changes = {
         "0.25 * t": "0.24 * t",
         "(4.0 * max(t": "(4.5 * max(t",
@@ -382,8 +337,8 @@ def test_the_crest_of_a_cell_is_the_top_of_its_parabola():
 
 @needs_gappa
 def test_the_crest_of_a_cell_is_as_close_as_errors_are_raised_for():
-    """crest_m() is off by at most `CREST` units, and raised() adds more than all roundings: see `rounding_suffices`."""
-    text = source("error/worst.glsl")
+    """crest_m() is off by at most `CREST` units, and raised_m() adds more than all roundings: see `rounding_suffices`."""
+    text = source("error/cells.glsl")
     assert crest_is_proved(text, CREST)
     worse = text.replace("0.5 * (a + b) + 0.25 * t", "(0.5 * (a + b) + 64.0 * t) - 63.75 * t")
     assert worse != text and not crest_is_proved(worse, CREST)
@@ -398,16 +353,16 @@ def declared(text, function, name):
 
 
 def pair_is_proved(text, quotient):
-    """What unpack_pair() gives is at least the error, if half_up() rounds up."""
+    """What unpack_errors() gives is at least the error, if half_up() rounds up."""
     numbers = Gappa(quotient=quotient)
     error = numbers.float_(1, 2)  # with any span: scaled by a power of two
     unit = numbers.float_(2.0**-20, 2.0**-19)
     evaluator = Evaluator(text, numbers, error_unit_m=lambda: unit)
-    held = evaluator.value(parse(declared(text, "pack_pair", "e")), {"e_m": error})
-    returned = body(text, "unpack_pair")[1][0].removeprefix("return ")
-    evaluator.known["unpackHalf2x16"] = lambda pair: Number(numbers.rounded(held), held.exact)
-    found = evaluator.value(parse(returned), {"pair": None})
-    raised = of_text(text, declared(text, "pack_pair", "e"), e_m=np.float32(1), error_unit_m=lambda: np.float32(1))
+    held = evaluator.value(parse(declared(text, "pack_errors", "e")), {"e_m": error})
+    returned = body(text, "unpack_errors")[1][0].removeprefix("return ")
+    evaluator.known["unpackHalf2x16"] = lambda record: Number(numbers.rounded(held), held.exact)
+    found = evaluator.value(parse(returned), {"record": None})
+    raised = of_text(text, declared(text, "pack_errors", "e"), e_m=np.float32(1), error_unit_m=lambda: np.float32(1))
     lost = np.nextafter(1 / raised - 1, 1)  # the relative error may lose as much as the factor adds
     return numbers.proves(f"{numbers.rounded(found)} -/ {found.exact} in [{constant(lost)}, 1]")
 
@@ -448,32 +403,6 @@ def test_half_floats_are_rounded_up(pack):
     text = source("error/nodes.glsl")
     assert half_up_is_right(text, pack)
     assert not half_up_is_right(text.replace("h + 1u : h", "h : h"), pack)
-
-
-def shares_are_right(text):
-    """The errors of wedges, packed as sixteenths of an octave, are not below the errors; log2() as GLSL allows."""
-    rng = np.random.default_rng(2)
-    most = np.float32(10 ** rng.uniform(-3, 4, 100000))
-    error = most * np.float32(2.0) ** np.float32(rng.integers(-255, 1, len(most)) / 16)  # where floor() takes a step
-    error = np.minimum(error * np.float32(1 + 2.0**-23) ** rng.integers(-8, 9, len(most)).astype("f4"), most)
-    numbers = Floats()
-    expression = declared(text, "pack_shares", "below").removeprefix("uvec4(").removesuffix(")")
-    known = {"clamp": lambda x, low, high: np.clip(x, low, high)}
-    for off in (-3, 3):  # units in the last place that log2() may be off
-        numbers.call = lambda name, a, off=off: (
-            np.log2(*a) * np.float32(1 + off * 2.0**-23) if name == "log2" else Floats.call(numbers, name, a)
-        )
-        below = Evaluator(text, numbers, **known).value(parse(expression), {"e_m": error, "most_m": most})
-        held = most.astype("f8") * 2.0 ** (below.astype("f8") / -16)
-        if (held * np.where(below > 0, 1 - 2.0**-19, 1) < error).any():  # what exp2() may lose
-            return False
-    return True
-
-
-def test_shares_are_not_rounded_down():
-    text = source("error/nodes.glsl")
-    assert shares_are_right(text)
-    assert not shares_are_right(text.replace("- 0.01)", "- 0.0)"))
 
 
 def squares_are_right(text):
@@ -578,12 +507,11 @@ def test_a_shape_keeps_all_its_numbers(z3):
     written = Evaluator(text, Words(z3)).call("shape_word", side, step, edges)
 
     def same(reader):
-        known = {"Shape": lambda *parts: parts, "IS_FAN": z3.BitVecVal(1 << 23, 32)}
+        known = {"Shape": lambda *parts: parts}
         read = Evaluator(reader, Words(z3), **known).call("shape_of", [0, 0, written, 0])
         ends = z3.And([a == b for a, b in zip(read[3], edges, strict=True)])
-        return always(z3, z3.Implies(z3.And(limits), z3.And(read[1] == side, read[2] == step, ends, z3.Not(read[4]))))
+        return always(z3, z3.Implies(z3.And(limits), z3.And(read[1] == side, read[2] == step, ends)))
 
-    assert "#define IS_FAN (1u << 23)" in text
     assert same(text)
     assert not same(text.replace("uvec4(11, 14, 17, 20)", "uvec4(11, 13, 17, 20)"))
 

@@ -9,16 +9,15 @@
 //   Positive floats compare like their bits, and sums are integers. So the order of the threads does not matter.
 // Provides Gathered, block_of[], block_index(), cut_edge[], has_moved[], cut_index(),
 // blocks_in_node().
-// Python twins: reference.node_errors, reference.wedge_errors
+// Python twin: reference.cut_errors
 
-#include "error/worst.glsl"
+#include "error/cells.glsl"
 
 #define BLOCK (1 << FINE_LEVELS)  // posts a side
-#define MAXIMA 11
 
 struct Gathered {
-    uint most[MAXIMA];  // float bits: quad, fan, cell of a patch; the fan's wedges, edges whole; the same, edges split
-    uint squares[6];    // sums for quad, fan, cell of a patch: low and high word, fixed point (error/nodes.glsl)
+    uint max_m;       // the bits of a float
+    uint squares[2];  // low and high word, fixed point: error/nodes.glsl
     uint voids;
 };
 

@@ -5,7 +5,7 @@
 #include "error/nodes.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
+layout(std430, binding = 0) readonly buffer Nodes { uint node[]; };
 layout(std430, binding = 1) writeonly buffer Counters { uint counter[]; };
 layout(std430, binding = 2) writeonly buffer Squares { uvec2 square[]; };
 
@@ -20,7 +20,7 @@ uniform ivec2 u_count;  // columns and rows of tiles
 // mean square (t is its twist).
 float node_max_m(ivec2 at) {
     if (u_which_level == 0) return is_hole(at) ? 0.0 : 0.25 * abs(twist_m(at)) * (1.0 + exp2(-20.0));
-    return unpack_pair(node[node_index(u_which_level, at)].cut_m).x;
+    return unpack_errors(node[node_index(u_which_level, at)]).x;
 }
 
 float node_squares(ivec2 at) {
@@ -28,7 +28,7 @@ float node_squares(ivec2 at) {
         float t = is_hole(at) ? 0.0 : twist_m(at) / u_span_m;
         return t * t / 64.0;
     }
-    float rms_m = unpack_pair(node[node_index(u_which_level, at)].cut_m).y;
+    float rms_m = unpack_errors(node[node_index(u_which_level, at)]).y;
     return rms_m / u_span_m * (rms_m / u_span_m) * own_posts(u_which_level, at);
 }
 

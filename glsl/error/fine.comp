@@ -1,6 +1,6 @@
 // error/fine.comp — the fine levels of the error table: one thread visits all posts of its node.
 //   On levels 1 and 2, it computes only nodes that the map's rim cuts off; error/small.comp computes the others.
-// Python twins: reference.node_errors, reference.wedge_errors
+// Python twin: reference.cut_errors
 
 #include "error/record.glsl"
 
@@ -11,9 +11,9 @@ void main() {
     ivec2 at = u_first + ivec2(gl_GlobalInvocationID.xy);
     Node n = node_at(u_which_level, at);
     CutEdges c = cut_edges_m(n);
-    Worst w = worst_of_nothing();
+    CellErrors errors = no_errors();
     for (int y = 0; y <= n.high.y - n.low.y; y++)
-        for (int x = 0; x <= n.high.x - n.low.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y)), ivec2(x, y));
-    gather_cells(w, n, c, ivec2(0), n.high - n.low);
-    write_record(at, n, w);
+        for (int x = 0; x <= n.high.x - n.low.x; x++) gather_post(errors, n, errors_at(n, c, ivec2(x, y)), ivec2(x, y));
+    gather_cells(errors, n, c, ivec2(0), n.high - n.low);
+    write_record(at, n, errors);
 }

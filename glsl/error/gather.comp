@@ -1,5 +1,5 @@
 // error/gather.comp — the coarse levels of the error table: one thread visits one block of its node's posts.
-// Python twins: reference.node_errors, reference.wedge_errors
+// Python twin: reference.cut_errors
 
 #include "error/coarse.glsl"
 
@@ -7,7 +7,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform ivec4 u_posts;  // the posts that have changed: first column and row, last column and row
 
-bool holds(ivec2 low, ivec2 high) {
+bool meets_change(ivec2 low, ivec2 high) {
     return all(lessThanEqual(low, u_posts.zw)) && all(greaterThanEqual(high, u_posts.xy));
 }
 
@@ -16,25 +16,14 @@ bool moves(Node n) {
     for (int i = 0; i < 9; i++) {
         ivec2 post = ivec2(i % 3 == 0 ? n.low.x : i % 3 == 1 ? n.mid.x : n.high.x,
                            i / 3 == 0 ? n.low.y : i / 3 == 1 ? n.mid.y : n.high.y);
-        if (holds(post, post)) return true;
+        if (meets_change(post, post)) return true;
     }
     return false;
 }
 
-Gathered gathered_of(Worst w) {
-    Gathered g;
-    for (int k = 0; k < 3; k++) {
-        g.most[k] = floatBitsToUint(w.max_m[k]);
-        uvec2 sum = square_up(w.squares[k] / u_span_m / u_span_m);
-        g.squares[2 * k] = sum.x;
-        g.squares[2 * k + 1] = sum.y;
-    }
-    for (int k = 0; k < 4; k++) {
-        g.most[3 + k] = floatBitsToUint(w.whole_m[k]);
-        g.most[7 + k] = floatBitsToUint(w.split_m[k]);
-    }
-    g.voids = w.voids;
-    return g;
+Gathered gathered_of(CellErrors errors) {
+    uvec2 sum = square_up(errors.squares_m2 / u_span_m / u_span_m);
+    return Gathered(floatBitsToUint(errors.max_m), uint[2](sum.x, sum.y), errors.voids);
 }
 
 void main() {
@@ -46,16 +35,16 @@ void main() {
     ivec2 low = block * BLOCK, end = min(low + BLOCK, n.high);
     end += ivec2(equal(end, n.high));  // the far edge
     bool has_changed = has_moved[(at.y - u_first.y) * u_count.x + at.x - u_first.x] != 0u || moves(n);
-    if (!has_changed && !holds(low - 1, min(low + BLOCK, n.high))) return;  // a void makes holes of the cells around it
+    if (!has_changed && !meets_change(low - 1, min(low + BLOCK, n.high))) return;  // a void makes holes of the cells around it
     int k = cut_index(at);
     CutEdges c = cut_edges_of(cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
 
-    Worst w = worst_of_nothing();
+    CellErrors errors = no_errors();
     for (int y = low.y; y < end.y; y++)
         for (int x = low.x; x < end.x; x++) {
             ivec2 place = ivec2(x, y) - n.low;
-            gather_post(w, n, errors_at(n, c, place), place);
+            gather_post(errors, n, errors_at(n, c, place), place);
         }
-    gather_cells(w, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
-    block_of[block_index(block)] = gathered_of(w);
+    gather_cells(errors, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
+    block_of[block_index(block)] = gathered_of(errors);
 }

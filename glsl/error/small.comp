@@ -1,7 +1,7 @@
 // error/small.comp — nodes of 2 × 2 or 4 × 4 cells that the map's rim does not cut off. Loops have constant bounds, so
 //   compilers unroll them, compute weights, and read each height once. Mesa unrolls a long loop only if the loop
 //   variable is the index into an array with as many elements as the loop has steps. So the last two loops begin at 0.
-// Python twins: reference.node_errors, reference.wedge_errors
+// Python twin: reference.cut_errors
 
 #define WHOLE_NODES true
 #include "error/record.glsl"
@@ -15,18 +15,18 @@ void main() {
     ivec2 at = u_first + ivec2(gl_GlobalInvocationID.xy);
     Node n = node_at(LEVEL, at);
     CutEdges cuts = cut_edges_m(n);
-    Worst w = worst_of_nothing();
+    CellErrors errors = no_errors();
     PostErrors e[SIDE + 1][SIDE + 1];
     for (int y = 0; y <= SIDE; y++)
         for (int x = 0; x <= SIDE; x++) {
             e[y][x] = errors_at(n, cuts, ivec2(x, y));
-            gather_post(w, n, e[y][x], ivec2(x, y));
+            gather_post(errors, n, e[y][x], ivec2(x, y));
         }
     for (int x = 0; x <= SIDE; x++)  // cells on the falling diagonal, north-west of posts
         if (x > 0 && !is_hole(n.low + x - 1))
-            gather_cell(w, n, e[x - 1][x - 1], e[x][x], e[x - 1][x], e[x][x - 1], vec2(0.0));
+            gather_cell(errors, n, e[x - 1][x - 1], e[x][x], e[x - 1][x], e[x][x - 1], 0.0);
     for (int x = 0, y = SIDE; x <= SIDE; x++, y--)  // cells on the rising diagonal, south-west of posts
         if (x > 0 && !is_hole(n.low + ivec2(x - 1, y)))
-            gather_cell(w, n, e[y + 1][x - 1], e[y][x], e[y + 1][x], e[y][x - 1], vec2(0.0));
-    write_record(at, n, w);
+            gather_cell(errors, n, e[y + 1][x - 1], e[y][x], e[y + 1][x], e[y][x - 1], 0.0);
+    write_record(at, n, errors);
 }

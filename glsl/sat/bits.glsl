@@ -1,7 +1,7 @@
 // sat/bits.glsl — integers that wrap.
 //   32 bits: uint.   64 bits: uvec2, low half first.   8 bits: four independent sums side by side in one uint.
 //   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
-// Provides addN(), subN(), word_float().   Python twin: reference.sat
+// Provides addN(), subN(), ATOMIC_ADD_64(), word_float().   Python twin: reference.sat
 
 uint add32(uint a, uint b) { return a + b; }
 uint sub32(uint a, uint b) { return a - b; }
@@ -10,6 +10,13 @@ uvec2 add64(uvec2 a, uvec2 b) {
     uint carry;
     uint low = uaddCarry(a.x, b.x, carry);
     return uvec2(low, a.y + b.y + carry);
+}
+
+// Adds a uvec2 to two words in a buffer, low word first. If the low word wraps, the thread that sees it wrap carries.
+#define ATOMIC_ADD_64(words, more) { \
+    uvec2 more_ = more; \
+    uint before_ = atomicAdd(words[0], more_.x); \
+    atomicAdd(words[1], more_.y + (before_ + more_.x < before_ ? 1u : 0u)); \
 }
 
 uvec2 sub64(uvec2 a, uvec2 b) {

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Camera
-from ..reference.error import quad_errors, sum_children
+from ..reference.error import quad_errors
 from ..reference.heightmap import world_m
 from ..reference.nodes import node_axes, per_node, top_level
 from ..reference.project import Pinhole, ScreenScale, screen_scale, shift_px, to_camera
-from ..reference.tree import balance, existing, grow, neighbours, unsplit
+from ..reference.tree import balance, existing, grow, neighbours, sum_children, unsplit
 
 
 class Quadtree(NamedTuple):

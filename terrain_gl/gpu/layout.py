@@ -76,34 +76,14 @@ def class_limits_m(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
 
 
 # glsl/error/nodes.glsl
-_ERRORS = [("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2")]
-NODE = np.dtype([*_ERRORS, ("whole", "4u1"), ("split", "4u1")])
+NODE = np.dtype([("max_m", "f2"), ("rms_m", "f2")])
 NODE_RANGE = np.dtype([("heights", "2u2")])  # lowest and highest; exchanged if there are voids
 
 
-class NodeRecords(NamedTuple):
-    """Decoded node records, in metres; arrays of the records' shape."""
-
-    quad_max: np.ndarray
-    fan_max: np.ndarray
-    quad_rms: np.ndarray
-    fan_rms: np.ndarray
-    whole: np.ndarray  # (..., 4) errors of the fan's wedges west, north, east, south if their edge is whole
-    split: np.ndarray  # the same if the edge is split
-    has_voids: np.ndarray
-    cut_max: np.ndarray  # errors of one cell of a patch: bounds for any choice of cut edges
-    cut_rms: np.ndarray
-
-
-def unpack_nodes(records: np.ndarray, span_m: float) -> NodeRecords:
-    """Decode records `NODE` of a terrain with the block's `span_m`."""
+def unpack_nodes(records: np.ndarray, span_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Largest error and root mean square of records `NODE`, in metres, for a terrain with the block's `span_m`."""
     unit_m = span_m * ERROR_UNIT
-    quad_max, fan_max = np.moveaxis(records["max_m"].astype(np.float64) * unit_m, -1, 0)
-    quad_rms, fan_rms = np.moveaxis(np.abs(records["rms_m"].astype(np.float64)) * unit_m, -1, 0)
-    whole, split = (fan_max[..., None] * 2.0 ** (records[name] / -16.0) for name in ("whole", "split"))
-    has_voids = np.signbit(records["rms_m"][..., 0])
-    cut_max, cut_rms = np.moveaxis(records["cut_m"].astype(np.float64) * unit_m, -1, 0)
-    return NodeRecords(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms)
+    return records["max_m"].astype(np.float64) * unit_m, records["rms_m"].astype(np.float64) * unit_m
 
 
 # glsl/blocks/view.glsl

@@ -24,7 +24,7 @@ _of_thread = threading.local()
 class Records(NamedTuple):
     """Error records and height ranges of the nodes of one level."""
 
-    errors: np.ndarray  # (rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`
+    errors: np.ndarray  # (rows, cols) uint32: errors of the nodes as cells of a patch, the words of `layout.NODE`
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
@@ -73,7 +73,7 @@ def release_context() -> None:
 
 
 def _records(tables: ErrorTables, level: int) -> Records:
-    words = tables.read_nodes(level)["cut_m"].copy().view("<u4")[..., 0]
+    words = tables.read_nodes(level).view("<u4")
     return Records(words, np.moveaxis(tables.read_ranges(level)["heights"], -1, 0))
 
 

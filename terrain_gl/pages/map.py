@@ -24,7 +24,7 @@ class Page(NamedTuple):
     """A tile of a level, as it is read from the map. At level 0, `errors` and `ranges` are empty."""
 
     heights: np.ndarray  # (rows + 1, cols + 1) float32 metres at the corners of its nodes
-    errors: np.ndarray  # (rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`
+    errors: np.ndarray  # (rows, cols) uint32: errors of the nodes as cells of a patch, the words of `layout.NODE`
     ranges: np.ndarray  # (2, rows, cols) uint16: lowest and highest height of the nodes
     marks: np.ndarray | None = None  # (rows + 1, cols + 1) uint8: of posts and nodes; None for a map without marks
 

@@ -11,8 +11,8 @@ from .nodes import node_axes, per_node
 # (from b to c: −t). Within each half of the cell it is largest at a post or on the diagonal.
 # In a node that the map's rim cuts off, diagonals do not run through posts, and may cross any cell. The planes of a
 # rectangle of w × h cells with the twist τ differ by |τ| |x/w − y/h|. So the error is at most
-#   worst + |t|/4 + kink                     worst: the largest error at the cell's posts,  kink = |τ| min(1/w + 1/h, 1)
-# In the root mean square, a crossed cell adds m = |t|/√90 + kink. Over the 5 × 5 places of a cell that `measure` takes,
+#   worst + |t|/4 + bend                     worst: the largest error at the cell's posts,  bend = |τ| min(1/w + 1/h, 1)
+# In the root mean square, a crossed cell adds m = |t|/√90 + bend. Over the 5 × 5 places of a cell that `measure` takes,
 # the bend's root mean square is up to |t| √(13/1024).
 
 
@@ -31,29 +31,13 @@ def crossed_cells(shape: tuple[int, ...], level: int, void: np.ndarray | None = 
     return cells_with_data(shape, level, void) & (diagonal | ~square)
 
 
-def kinks(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Largest bend of each node's diagonals within a cell, metres, (rows, cols) of nodes: as quad, and as fan."""
+def bend_bounds(heights: np.ndarray, level: int) -> np.ndarray:
+    """Bound of the bend of each node's diagonals within a cell, metres, (rows, cols) of nodes; 0 for whole nodes."""
     h = heights.astype(np.float64)
     y, x = node_axes(heights.shape, level)
-    ends_y, ends_x = ((axis.low, axis.high) for axis in (y, x))
-    at = {(i, j): h[np.ix_(rows, cols)] for i, rows in enumerate(ends_y) for j, cols in enumerate(ends_x)}
-    quad = _bend(at[0, 0] - at[0, 1] - at[1, 0] + at[1, 1], (y.high - y.low)[:, None], x.high - x.low)
-    share_y, share_x = ((axis.mid - axis.low) / (axis.high - axis.low) for axis in (y, x))
-    fan = np.zeros(quad.shape)
-    for i, j in at:  # the quarter between the centre and each corner, both of its outer edges whole or split
-        rows, cols = np.abs(y.mid - ends_y[i])[:, None], np.abs(x.mid - ends_x[j])
-        line_x = at[i, 0] + (at[i, 1] - at[i, 0]) * share_x
-        line_y = at[0, j] + (at[1, j] - at[0, j]) * share_y[:, None]
-        for along_x in (line_x, h[np.ix_(ends_y[i], x.mid)]):
-            for along_y in (line_y, h[np.ix_(y.mid, ends_x[j])]):
-                fan = np.maximum(fan, _bend(at[i, j] + h[np.ix_(y.mid, x.mid)] - along_x - along_y, rows, cols))
-    square = _square_nodes(heights.shape, level)
-    return np.where(square, 0.0, quad), np.where(square, 0.0, fan)
-
-
-def _bend(twist: np.ndarray, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-    share = np.minimum(1 / np.maximum(rows, 1) + 1 / np.maximum(cols, 1), 1.0)
-    return np.where((rows > 0) & (cols > 0), np.abs(twist) * share, 0.0)
+    a, b, c, d = (h[np.ix_(rows, cols)] for rows in (y.low, y.high) for cols in (x.low, x.high))
+    share = np.minimum(1 / (y.high - y.low)[:, None] + 1 / (x.high - x.low), 1.0)
+    return np.where(_square_nodes(heights.shape, level), 0.0, np.abs(a - b - c + d) * share)
 
 
 def _square_nodes(shape: tuple[int, ...], level: int) -> np.ndarray:
@@ -82,7 +66,7 @@ def cell_twists(heights: np.ndarray, level: int) -> np.ndarray:
     return twists(heights.astype(np.float64))[y[:, :, None, None], x]
 
 
-def over_cells(above: np.ndarray, below: np.ndarray, heights: np.ndarray, level: int, kink: np.ndarray) -> np.ndarray:
+def over_cells(above: np.ndarray, below: np.ndarray, heights: np.ndarray, level: int, bend: np.ndarray) -> np.ndarray:
     """Largest error in each cell that an edge of the mesh crosses, (node rows, cells, node cols, cells).
 
     `above` and `below` are errors at the posts, drawn minus true and true minus drawn.
@@ -96,7 +80,7 @@ def over_cells(above: np.ndarray, below: np.ndarray, heights: np.ndarray, level:
         nw, ne, sw, se = of_corners(errors)
         on_diagonal = crest(np.where(falling, nw, ne), np.where(falling, se, sw), np.where(falling, t, -t))
         worst = np.maximum.reduce([nw, ne, sw, se])
-        at_rim = worst + np.abs(twist) / 4 + kink[:, None, :, None]
+        at_rim = worst + np.abs(twist) / 4 + bend[:, None, :, None]
         found.append(np.where(square, np.maximum(worst, on_diagonal), at_rim))
     return np.maximum(*found)
 

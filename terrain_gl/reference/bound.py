@@ -74,22 +74,3 @@ def fan_error(twist: np.ndarray) -> np.ndarray:
 def parts_error(twist: np.ndarray, n: int) -> np.ndarray:
     """Largest distance between n × n equal parts of a cell, two triangles each, and the bilinear truth."""
     return np.abs(twist) / (4 * n * n)
-
-
-# With n × n parts and whole edges, n ≥ 4, a triangle along an edge spans the whole edge and one part across:
-#   |t| (1 − 1/n) / (4 n)
-
-
-def cell_error(twist: np.ndarray, segments_log2: int) -> np.ndarray:
-    """Largest error of a cell that is cut into n × n parts, n = 2^segments_log2, but whose edges are whole."""
-    n = 2.0**segments_log2
-    return np.abs(twist) / 4 * (1 / n**2 if segments_log2 < 2 else (1 - 1 / n) / n)
-
-
-# Mean squares over the cell:   t² / 90 as two triangles,   t² / 1440 as four triangles around the middle
-
-
-def cell_squares(heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean squared distance from the bilinear truth over each cell, m², (rows − 1, cols − 1): as quad, as fan."""
-    squared = np.square(twists(heights))
-    return squared / 90, squared / 1440

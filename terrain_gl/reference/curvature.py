@@ -37,12 +37,3 @@ def drop_range_m(
     nearest = np.clip(0, a, b)
     farthest = np.maximum(np.abs(a), np.abs(b))
     return bend_per_m * np.square(nearest).sum(0), bend_per_m * np.square(farthest).sum(0)
-
-
-# A split divides the sag G of a node by four, and adds six triangles. The mean square of a sag is about G² / 2. So each
-# triangle removes about   (1 − 1/16) G² / 12   over each of the node's posts.
-
-
-def sag_gain_m2(sag_m: float, posts: np.ndarray) -> np.ndarray:
-    """Part of the sag's squared error that each triangle of a split removes, summed over the posts of a node."""
-    return posts * sag_m**2 * 15 / 192

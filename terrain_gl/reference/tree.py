@@ -1,8 +1,11 @@
-"""lod: the restricted quadtree. splits[j] is an array over the nodes of level j, (rows, cols): which are split."""
+"""Not part of the line: fans and the restricted quadtree, for comparison and for the course.
+
+splits[j] is an array over the nodes of level j, (rows, cols): which are split.
+"""
 
 import numpy as np
 
-from .error import sum_children
+from .nodes import Nodes, at_nodes, node_axes, per_node
 
 
 def unsplit(shape: tuple[int, ...], top: int) -> list[np.ndarray]:
@@ -51,3 +54,65 @@ def neighbours(nodes: np.ndarray) -> list[np.ndarray]:
     """Values of each node's neighbours to the west, north, east and south; False beyond the map."""
     padded = np.pad(nodes, 1)
     return [padded[1:-1, :-2], padded[:-2, 1:-1], padded[1:-1, 2:], padded[2:, 1:-1]]
+
+
+def sum_children(values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Sum over the up to four children of each node of a level of this shape."""
+    return _children(values, shape).sum((1, 3))
+
+
+def max_children(values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Maximum over the up to four children of each node of a level of this shape; values ≥ 0."""
+    return _children(values, shape).max((1, 3))
+
+
+def _children(values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    padded = np.zeros((2 * shape[0], 2 * shape[1]), values.dtype)
+    padded[: values.shape[0], : values.shape[1]] = values
+    return padded.reshape(shape[0], 2, shape[1], 2)
+
+
+# In the wedge between the centre, of height m, and an edge, the drawn height is
+#   w m + (1 − w) e
+# w is the centre's weight: 1 at the centre, 0 on the edge. e is the edge's height where the ray from the centre through
+# the post meets it. A whole edge is the line between its ends. A split edge is two lines that meet at its middle post.
+
+
+def fan_errors(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Drawn minus true height at each post of each node as a fan: with all edges whole, and with all edges split.
+
+    Arrays (node rows, posts, node cols, posts).
+    """
+    h = heights.astype(np.float64)
+    y, x = node_axes(h.shape, level)
+    across, weight_y = _wedges(h, y, x)
+    along, weight_x = _wedges(h.T, x, y)
+    north_or_south = weight_y <= weight_x.transpose(2, 3, 0, 1)
+    truth = h[per_node(y, x)]
+    whole, split = (
+        np.where(north_or_south, a, b.transpose(2, 3, 0, 1)) - truth for a, b in zip(across, along, strict=True)
+    )
+    return whole, split
+
+
+def _wedges(h: np.ndarray, y: Nodes, x: Nodes) -> tuple[list[np.ndarray], np.ndarray]:
+    """Heights in the wedges north and south of the centre, edge whole and split, and the centre's weight."""
+    north, weight = _from_middle(y)
+    north = north[:, :, None, None]
+    weight = weight[:, :, None, None]
+    a, m, b = (np.where(north, at_nodes(h, y.low, c), at_nodes(h, y.high, c)) for c in (x.low, x.mid, x.high))
+    before, after = (x.mid - x.low)[:, None], (x.high - x.mid)[:, None]
+    at = (x.post - x.mid[:, None]) / np.where(weight < 1, 1 - weight, 1)  # where the ray from the centre meets the edge
+    whole = a + (b - a) * (at + before) / (before + after)
+    split = m + np.where(at <= 0, (m - a) * at / before, (b - m) * at / np.maximum(after, 1))
+    return [weight * at_nodes(h, y.mid, x.mid) + (1 - weight) * edge for edge in (whole, split)], weight
+
+
+def _from_middle(axis: Nodes) -> tuple[np.ndarray, np.ndarray]:
+    """Whether a post is at or before its node's middle, and its weight: from 1 at the middle to 0 at both ends.
+
+    Arrays (nodes, posts).
+    """
+    to = axis.post - axis.mid[:, None]
+    before, after = (axis.mid - axis.low)[:, None], (axis.high - axis.mid)[:, None]
+    return to <= 0, 1 - np.abs(to) / np.where(to <= 0, before, np.maximum(after, 1))

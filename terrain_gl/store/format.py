@@ -7,8 +7,8 @@
 
     checks      a checksum of each tile of all these arrays (store/tiles.py)           (n)
 
-Errors are `cut_m` of glsl/error/nodes.glsl, bit for bit. A tile counts as missing if it was never written, or if its
-checksum is wrong.
+Errors are records of glsl/error/nodes.glsl, bit for bit. A tile counts as missing if it was never written, or if
+its checksum is wrong.
 """
 
 import hashlib

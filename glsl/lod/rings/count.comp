@@ -40,17 +40,16 @@ vec2 leaf_px(Leaf leaf, Projection p) {
 
 #ifdef MEAN
 // A patch adds 2^44 at most. A mesh that fits has fewer cells, so a mesh with such a patch never fits.
-#define ADD_64(sum, x) { \
-    float value = min(x, exp2(44.0)), high = floor(value * exp2(-32.0)); \
-    uint low = uint(value - high * exp2(32.0)), before = atomicAdd(sum[0], low); \
-    atomicAdd(sum[1], uint(high) + (before + low < before ? 1u : 0u)); \
+uvec2 words_of(float x) {
+    float value = min(x, exp2(44.0)), high = floor(value * exp2(-32.0));
+    return uvec2(uint(value - high * exp2(32.0)), uint(high));
 }
 
 void add_to_mean(Leaf leaf, float mean_px, bool is_land) {
     vec2 cells = vec2(min(leaf.origin + (1 << leaf.side_log2), u_last_post) - max(leaf.origin, ivec2(0)));
     float n = cells.x * cells.y, of_tolerance = mean_px / u_tolerance_px;
-    ADD_64(s_squares, ceil(64.0 * n * of_tolerance * of_tolerance * (1.0 + exp2(-18.0))));
-    if (is_land) ADD_64(s_land, n < exp2(24.0) ? n : floor(n * (1.0 - exp2(-18.0))));  // a float may be rounded up
+    ATOMIC_ADD_64(s_squares, words_of(ceil(64.0 * n * of_tolerance * of_tolerance * (1.0 + exp2(-18.0)))));
+    if (is_land) ATOMIC_ADD_64(s_land, words_of(n < exp2(24.0) ? n : floor(n * (1.0 - exp2(-18.0)))));  // may be rounded up
 }
 #endif
 
