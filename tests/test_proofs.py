@@ -337,7 +337,7 @@ def test_the_crest_of_a_cell_is_the_top_of_its_parabola():
 
 @needs_gappa
 def test_the_crest_of_a_cell_is_as_close_as_errors_are_raised_for():
-    """crest_m() is off by at most `CREST` units, and raised_m() adds more than all roundings: see `rounding_suffices`."""
+    """crest_m() is off by at most `CREST` units, and raised_m() adds more than all roundings (`rounding_suffices`)."""
     text = source("error/cells.glsl")
     assert crest_is_proved(text, CREST)
     worse = text.replace("0.5 * (a + b) + 0.25 * t", "(0.5 * (a + b) + 64.0 * t) - 63.75 * t")
