@@ -64,21 +64,12 @@ bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
 float largest_m(ivec2 low, ivec2 end, int step_log2) {
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
-    int sure = -1, beyond = CLASSES / 4, layer = beyond / 2;  // layers of four classes
-    // four: counts of the classes of layer `beyond`. here: counts of the current layer, over the parts looked up so far
-    uint four = 1u, here = 0u;
-    for (ivec2 at = tiles.xy; beyond - sure > 1;) {
-        here |= count_sum(counts, layer, at, min(at + 15, tiles.zw));
-        at = next_part(at, tiles);
-        if (at.y < tiles.w) continue;
-        if (here == 0u) sure = layer;
-        else beyond = layer;
-        if (here != 0u) four = here;
-        layer = (sure + beyond) / 2;
-        here = 0u;
-        at = tiles.xy;
+    int sure = -1, beyond = CLASSES;  // nothing is above class `sure`; something is above class `beyond`
+    while (beyond - sure > 1) {
+        int c = (sure + beyond) / 2;
+        if (none_above(counts, tiles, c)) sure = c;
+        else beyond = c;
     }
-    sure = 4 * beyond - 1 + findLSB(four) / 8;  // the last class before the first byte that is not 0
     // exp2() may round differently here
     float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;

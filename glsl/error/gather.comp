@@ -7,7 +7,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform ivec4 u_posts;  // the posts that have changed: first column and row, last column and row
 
-bool meets_change(ivec2 low, ivec2 high) {
+bool changes(ivec2 low, ivec2 high) {
     return all(lessThanEqual(low, u_posts.zw)) && all(greaterThanEqual(high, u_posts.xy));
 }
 
@@ -16,7 +16,7 @@ bool moves(Node n) {
     for (int i = 0; i < 9; i++) {
         ivec2 post = ivec2(i % 3 == 0 ? n.low.x : i % 3 == 1 ? n.mid.x : n.high.x,
                            i / 3 == 0 ? n.low.y : i / 3 == 1 ? n.mid.y : n.high.y);
-        if (meets_change(post, post)) return true;
+        if (changes(post, post)) return true;
     }
     return false;
 }
@@ -35,7 +35,8 @@ void main() {
     ivec2 low = block * BLOCK, end = min(low + BLOCK, n.high);
     end += ivec2(equal(end, n.high));  // the far edge
     bool has_changed = has_moved[(at.y - u_first.y) * u_count.x + at.x - u_first.x] != 0u || moves(n);
-    if (!has_changed && !meets_change(low - 1, min(low + BLOCK, n.high))) return;  // a void makes holes of the cells around it
+    // a void makes holes of the cells around it
+    if (!has_changed && !changes(low - 1, min(low + BLOCK, n.high))) return;
     int k = cut_index(at);
     CutEdges c = cut_edges_of(cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
 

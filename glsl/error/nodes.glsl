@@ -1,4 +1,4 @@
-// error/nodes.glsl — records of the error table: for each node, its errors as a cell of a patch, whatever edges are cut.
+// error/nodes.glsl — records of the error table: the errors of a node as a cell of a patch, whatever edges are cut.
 //   The low half is the largest error inside the node, edges included. The high half is the root mean square over the
 //   node's area. Voids have no error. Posts of the north and west edges are a node's own; those of the south and east
 //   edges belong to the neighbours. So any set of nodes that covers the map counts every post once.

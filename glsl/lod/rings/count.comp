@@ -49,7 +49,8 @@ void add_to_mean(Leaf leaf, float mean_px, bool is_land) {
     vec2 cells = vec2(min(leaf.origin + (1 << leaf.side_log2), u_last_post) - max(leaf.origin, ivec2(0)));
     float n = cells.x * cells.y, of_tolerance = mean_px / u_tolerance_px;
     ATOMIC_ADD_64(s_squares, words_of(ceil(64.0 * n * of_tolerance * of_tolerance * (1.0 + exp2(-18.0)))));
-    if (is_land) ATOMIC_ADD_64(s_land, words_of(n < exp2(24.0) ? n : floor(n * (1.0 - exp2(-18.0)))));  // may be rounded up
+    float at_most = n < exp2(24.0) ? n : floor(n * (1.0 - exp2(-18.0)));  // a float may be rounded up
+    if (is_land) ATOMIC_ADD_64(s_land, words_of(at_most));
 }
 #endif
 
