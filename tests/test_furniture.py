@@ -7,7 +7,7 @@ import pytest
 from commands import small_map
 
 from terrain_gl import Camera, Heightmap
-from terrain_gl.files.furniture import furniture, land_ahead_m, metres_of, north_of, stamp
+from terrain_gl.files.furniture import furniture, land_ahead_m, length_of, north_of, stamp
 from terrain_gl.image import read_image
 from terrain_gl.light.ramps import Ramp
 
@@ -41,7 +41,7 @@ def test_along_the_view_there_is_no_arrow():
 @pytest.mark.parametrize("away", [3.0, 170.0, 9e5])
 def test_the_bar_is_as_long_as_it_says(away):
     camera = Camera((0, 0, away), (0, 0, 0), 40.0)
-    metres, px = metres_of(SIZE, camera, away)
+    metres, px = length_of(SIZE, camera, away)
     high_m = 2 * away * math.tan(math.radians(20))
     assert px / SIZE[1] == pytest.approx(metres / high_m) and SIZE[0] / 15 < px <= SIZE[0] / 5
     digit = metres / 10 ** math.floor(math.log10(metres) + 1e-9)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from ..basics.words import metres
+from ..basics.words import UNITS, metres
 from ..camera import Camera
 from ..camera.curvature import bend_per_m
 from ..files.views import depth_below_ground
@@ -34,7 +34,8 @@ def tell(asked: DrawOptions, scene: CommandScene) -> None:
     elif ramp and not frame.ramp_range:
         low_m, high_m = scene.heightmap.range_m
         advice = "; --look diverging is white at 0" if frame.look == "viridis" and low_m < 0 < high_m else ""
-        report.note(f"--look {frame.look}: from {ramp.low:.6g} to {ramp.high:.6g} {unit}{advice}")
+        low, high = ramp.low / UNITS[frame.units], ramp.high / UNITS[frame.units]
+        report.note(f"--look {frame.look}: from {low:.6g} to {high:.6g} {unit}{advice}")
 
 
 def _without_effect(asked: DrawOptions, scene: CommandScene) -> Iterator[str]:
@@ -64,8 +65,10 @@ def _without_effect(asked: DrawOptions, scene: CommandScene) -> Iterator[str]:
     if frame.ramp != RAMP_AUTO and not frame.drape:
         yield "--ramp: without effect, because there are no values: give --drape, or --look viridis or diverging"
     if frame.contour_m is not None and not _lines_between(low_m, high_m, frame.contour_m):
-        every = frame.contour_m or interval_m(low_m, high_m)
-        yield f"--contours: no line, because no multiple of {every:g} m lies between {low_m:g} and {high_m:g} m"
+        unit_m = UNITS[frame.units]
+        every = (frame.contour_m or interval_m(low_m, high_m, frame.units)) / unit_m
+        between = f"{low_m / unit_m:g} and {high_m / unit_m:g} {frame.units}"
+        yield f"--contours: no line, because no multiple of {every:g} {frame.units} lies between {between}"
     if frame.voids == "hole" and not heightmap.voids:
         yield "--voids hole: without effect, because the map has no voids"
     if frame.exaggeration != 1 and low_m == high_m:

@@ -91,8 +91,8 @@ class Drawing:
         keys = OF_FRAME + (MEASURED if asked.measure else ())
         numbers = scene.pose(asked.camera.size) | {key: stats[key] for key in keys if key in stats}
         image = frame.image[..., :3]
-        names = overlays.names(asked.camera.size, renderer.labels())
-        stamp(image, 0, [*names, *furniture.of(asked, scene.heightmap, pose.camera)])
+        stamps = furniture.of(asked, scene.heightmap, pose.camera)
+        stamp(image, 0, [*overlays.names(asked.camera.size, renderer.labels(), stamps), *stamps])
         with renderer.session:
             numbers["sees_land"] = renderer.picture.sees_land()
         return Drawn(image, numbers, {key: stats[key] for key in OF_FLIGHT})

@@ -30,7 +30,7 @@ def of(asked: DrawOptions, heightmap: Heightmap, camera: Camera) -> list[Stamp]:
     title = Path(heightmap.name).stem if laid.title is None else laid.title
     ahead_m = land_ahead_m(heightmap.coarse(), camera)
     ramp = ramp_of(asked.frame, heightmap)
-    return furniture(asked.camera.size, camera, ahead_m, title, *ramp, heightmap.north_deg)
+    return furniture(asked.camera.size, camera, ahead_m, title, *ramp, heightmap.north_deg, asked.frame.units)
 
 
 def ramp_of(frame: FrameOptions, heightmap: Heightmap) -> tuple[Ramp | None, str]:
@@ -40,5 +40,5 @@ def ramp_of(frame: FrameOptions, heightmap: Heightmap) -> tuple[Ramp | None, str
     if frame.drape:
         return ramp_seen(Values(frame.drape, frame.ramp, frame.ramp_range), heightmap.georeference), ""
     if frame.look in RAMPS:
-        return ramp_for(*heightmap.range_m, frame.look, frame.ramp_range), "m"
+        return ramp_for(*heightmap.range_m, frame.look, frame.ramp_range), frame.units
     return None, ""

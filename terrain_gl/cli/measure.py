@@ -13,7 +13,7 @@ from .scene import make_renderer, open_scene
 # options that change the picture alone: they are accepted for scripts, and the help does not list them
 _NO_NUMBER = (
     *("style", "look", "sun", "time", "latitude", "longitude", "sky", "haze", "material", "drape", "ramp"),
-    *("ramp_range", "water_m", "surroundings", "grain", "contour_m", "error_scale_px"),
+    *("ramp_range", "water_m", "surroundings", "grain", "contour_m", "units", "error_scale_px"),
 )
 
 

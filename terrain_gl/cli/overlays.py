@@ -7,13 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.words import UNITS
 from ..files.furniture import Stamp, name_stamps
 from ..heightmap import Heightmap
 from ..light.laid import holds_values, is_albedo, picture_notes
 from ..renderer.draped import is_on_map
 from ..renderer.names import Label
+from ..renderer.options import FrameOptions
 from ..renderer.overlay import LABEL, Overlay, read_overlay
-from . import report
+from . import report, values
 from .records import Drawn, LaidOptions
 
 NO_LABELS = "none"
@@ -30,6 +32,7 @@ def add(command: Any) -> None:
 
 def with_ground(asked: Drawn) -> Drawn:
     """The options, with an overlay that is a picture as the picture of the ground: there may be only one."""
+    asked = replace(asked, frame=_in_metres(asked.frame))
     frame, laid = asked.frame, asked.laid
     pictures = tuple(path for path in laid.overlay if os.path.splitext(path)[1].lower() in PICTURES)
     grounds = [path for path in (*pictures, frame.material, frame.drape) if path]
@@ -48,6 +51,15 @@ def with_ground(asked: Drawn) -> Drawn:
     return replace(asked, frame=replace(frame, **own), laid=lines)
 
 
+def _in_metres(frame: FrameOptions) -> FrameOptions:
+    """The options with the interval of contour lines in metres; with 40ft, heights are in feet, too."""
+    typed = frame.contour_m
+    if not isinstance(typed, values.Length):
+        return frame
+    units = "ft" if typed.unit == "ft" else frame.units
+    return replace(frame, contour_m=float(typed) * UNITS[typed.unit or units], units=units)
+
+
 def of(asked: LaidOptions, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:
     """The lines and points of `--overlay`; unless `silent`, a note names each file of which nothing is drawn."""
     laid = tuple(read_overlay(path, heightmap, asked.labels) for path in asked.overlay)
@@ -60,10 +72,10 @@ def of(asked: LaidOptions, heightmap: Heightmap, silent: bool = False) -> tuple[
     return laid
 
 
-def names(size: tuple[int, int], seen: list[Label]) -> list[Stamp]:
-    """Names of points to draw over a picture of a size; none, and a note, if there is no font."""
+def names(size: tuple[int, int], seen: list[Label], taken: list[Stamp]) -> list[Stamp]:
+    """Names to draw over a picture of a size, beside the stamps `taken`; none, and a note, if there is no font."""
     try:
-        return name_stamps(size, seen)
+        return name_stamps(size, seen, taken)
     except TerrainError as error:
         report.note(f"no names and no heights of contours: {error}")
         return []

@@ -98,12 +98,12 @@ def _draw(renderer: Renderer, asked: ShotOptions, scene: CommandScene, write: Ro
         if not exact:
             seen.extend(renderer.labels())
             if laid.labels != overlays.NO_LABELS:
-                seen.extend(renderer.contour_labels(frame.contour_m, frame.water_m))
+                seen.extend(renderer.contour_labels(frame.contour_m, frame.water_m, frame.units))
         if piece.corner[0] == 0:
             rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels
         if piece.cols.stop == width:
-            stamp(rows, piece.rows.start, [*overlays.names(size, seen), *stamps])
+            stamp(rows, piece.rows.start, [*overlays.names(size, seen, stamps), *stamps])
             write(rows)
 
     steps = renderer.draw_steps(size=size, receive=receive, gradual=False, exact=exact, **scene.view())

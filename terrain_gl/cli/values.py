@@ -49,10 +49,18 @@ def share(text: str) -> float:
     return _numbers(text, "a number from 0 to 1", 1, fits=lambda value: 0 <= value <= 1)[0]
 
 
-def interval(text: str) -> float:
-    """Metres above 0; "auto" and 0 give 0, an interval that suits the map."""
-    number_of = "0" if text == "auto" else text
-    return _numbers(number_of, "metres above 0, or auto", 1, fits=lambda value: value >= 0)[0]
+class Length(float):
+    """A length as it was typed, with its unit: "m", "ft", or "" for the unit of --units."""
+
+    unit: str = ""
+
+
+def interval(text: str) -> Length:
+    """A length above 0, such as 40 or 40ft; "auto" and 0 give 0, an interval that suits the map."""
+    number_of, unit = re.fullmatch(r"(.*?)\s*(m|ft|)", "0" if text == "auto" else text, re.DOTALL).groups()  # type: ignore[union-attr]
+    length = Length(_numbers(number_of, "metres above 0, or auto", 1, fits=lambda value: value >= 0)[0])
+    length.unit = unit
+    return length
 
 
 def count(text: str) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 import OpenImageIO as oiio
 
 from ..basics.exceptions import TerrainError
+from ..basics.words import UNITS
 from ..camera import Camera
 from ..heightmap import Heightmap, bilinear
 from ..image import srgb_from_linear
@@ -18,6 +19,7 @@ from ..light.ramps import Ramp
 INK = np.array([255, 255, 255], np.float32)  # colour of type, also of names in the window: viewer/theme.py
 PAPER = np.array([20, 24, 28], np.float32)  # colour of the panels under the type
 OPACITY = 0.6  # of these panels
+_LARGE = {"m": ("km", 1000.0), "ft": ("mi", 5280.0)}  # the next larger unit
 _PART = 0.2  # the longest scale bar, as a part of the picture's width
 _FINE = 4  # subsamples along each side of a pixel, for the arrow
 
@@ -38,6 +40,7 @@ def furniture(
     ramp: Ramp | None = None,
     unit: str = "",
     north_deg: float = 0.0,
+    units: str = "m",
 ) -> list[Stamp]:
     """The furniture of a picture. `TerrainError` if there is no font.
 
@@ -53,6 +56,8 @@ def furniture(
         The legend's colours, and the unit of its numbers.
     north_deg
         Direction of true north, clockwise from the grid's.
+    units
+        "m" or "ft", of the scale bar, and of a legend of heights.
     """
     px = _type_px(16, size)
     gap = px
@@ -62,17 +67,22 @@ def furniture(
     arrow = _panel(_arrow(camera, north_deg, px), (0, gap), px)
     stamps.append(arrow._replace(left=size[0] - gap - arrow.pixels.shape[1]))
     if away_m > 0:
-        bar = _panel(_scale_bar(size, camera, away_m, px), (gap, 0), px)
+        bar = _panel(_scale_bar(size, camera, away_m, px, units), (gap, 0), px)
         stamps.append(bar._replace(top=size[1] - gap - bar.pixels.shape[0]))
     if ramp:
-        legend = _panel(_legend(ramp, unit, px), (0, 0), px)
+        unit_m = UNITS[units] if unit else 1.0
+        legend = _panel(_legend(ramp, unit, unit_m, px), (0, 0), px)
         height, width = legend.pixels.shape[:2]
         stamps.append(legend._replace(left=size[0] - gap - width, top=size[1] - gap - height))
     return stamps
 
 
-def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float, bool]]) -> list[Stamp]:
-    """Names in a picture; a name that would cover an earlier name is left out. `TerrainError` if there is no font.
+def name_stamps(
+    size: tuple[int, int], names: Sequence[tuple[str, float, float, bool]], taken: Sequence[Stamp] = ()
+) -> list[Stamp]:
+    """Names in a picture; a name that would cover an earlier name, or a stamp `taken`, is left out.
+
+    `TerrainError` if there is no font.
 
     Parameters
     ----------
@@ -87,7 +97,7 @@ def name_stamps(size: tuple[int, int], names: Sequence[tuple[str, float, float, 
         left = column - (0.5 * ink.shape[1] + px // 4 if is_centred else -0.4 * px)
         top = row - (0.5 * ink.shape[0] + px // 4 if is_centred else -0.4 * px)
         made = _panel(ink, (round(left), round(top)), px // 2)
-        if not any(_overlap(made, other) for other in stamps):
+        if not any(_overlap(made, other) for other in (*taken, *stamps)):
             stamps.append(made)
     return stamps
 
@@ -134,9 +144,9 @@ def land_ahead_m(land: Heightmap, camera: Camera) -> float:
     return float(away_m[below[0]]) if len(below) else math.nan
 
 
-def metres_of(size: tuple[int, int], camera: Camera, away_m: float) -> tuple[float, float]:
-    """The length of the scale bar: 1, 2 or 5 times a power of ten, in metres, and in pixels at this distance."""
-    m_per_px = (1.0 if camera.is_orthographic else away_m) / (camera.focal_px(size[1]) * camera.aspect(size))
+def length_of(size: tuple[int, int], camera: Camera, away_m: float, unit_m: float = 1.0) -> tuple[float, float]:
+    """The length of the scale bar: 1, 2 or 5 times a power of ten, in units, and in pixels at this distance."""
+    m_per_px = (1.0 if camera.is_orthographic else away_m) / (camera.focal_px(size[1]) * camera.aspect(size)) / unit_m
     most = _PART * size[0] * m_per_px
     power = 10.0 ** math.floor(math.log10(most))
     length = next(digit * power for digit in (5, 2, 1) if digit * power <= most * (1 + 1e-9))
@@ -201,23 +211,26 @@ def _arrow(camera: Camera, north_deg: float, px: int) -> np.ndarray:
     return _stacked([_ink(opacity), _line("N", px)], px // 4)
 
 
-def _scale_bar(size: tuple[int, int], camera: Camera, away_m: float, px: int) -> np.ndarray:
-    metres, long = metres_of(size, camera, away_m)
+def _scale_bar(size: tuple[int, int], camera: Camera, away_m: float, px: int, units: str) -> np.ndarray:
+    large, per_large = _LARGE[units]  # a length of a mile or more is round in miles
+    length, long = length_of(size, camera, away_m, UNITS[units])
+    if length >= per_large:
+        length, long = length_of(size, camera, away_m, UNITS[units] * per_large)
+        units = large
     bar = np.zeros((max(3, px // 2), max(2, round(long))))
     bar[-max(1, px // 8) :] = 1
     bar[:, : max(1, px // 8)] = bar[:, -max(1, px // 8) :] = 1
-    words = f"{metres / 1000:g} km" if metres >= 1000 else f"{metres:g} m"
-    return _stacked([_line(f"{words} in mid-picture", px), _ink(bar)], px // 4)
+    return _stacked([_line(f"{length:g} {units} in mid-picture", px), _ink(bar)], px // 4)
 
 
-def _legend(ramp: Ramp, unit: str, px: int) -> np.ndarray:
+def _legend(ramp: Ramp, unit: str, unit_m: float, px: int) -> np.ndarray:
     """A bar of the ramp's colours, and the numbers at its ends and in its middle."""
     width = 14 * px
     bar = np.ones((px, width, 4), np.float32)
     bar[..., :3] = srgb_from_linear(ramp.colours(np.linspace(ramp.low, ramp.high, width)))
     numbers = np.zeros((round(1.25 * px), width + 4 * px, 4), np.float32)
     for share, value in ((0.0, ramp.low), (0.5, (ramp.low + ramp.high) / 2), (1.0, ramp.high)):
-        text = _line(f"{value:.4g}{' ' + unit if unit else ''}", px)
+        text = _line(f"{value / unit_m:.4g}{' ' + unit if unit else ''}", px)
         left = round(2 * px + share * width - text.shape[1] / 2)
         left = min(max(left, 0), numbers.shape[1] - text.shape[1])
         numbers[:, left : left + text.shape[1]] = text

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..basics.words import UNITS
 from ..camera import Camera
 from ..camera.pieces import Piece
 from ..shade.contours import INDEX_EVERY
@@ -20,7 +21,9 @@ _STEP = 2  # every second pixel is looked at
 _RIDGE = 1.25  # largest over smallest depth under a label; if it is larger, a ridge stands in front of other land
 
 
-def contour_labels(picture: Picture, camera: Camera, piece: Piece, interval_m: float, least_m: float) -> list[Label]:
+def contour_labels(
+    picture: Picture, camera: Camera, piece: Piece, interval_m: float, least_m: float, units: str
+) -> list[Label]:
     """Heights of the index lines that a piece of a picture shows, after it was drawn in the view of `camera`.
 
     Contour lines are `interval_m` apart, from the height `least_m` on.
@@ -32,7 +35,7 @@ def contour_labels(picture: Picture, camera: Camera, piece: Piece, interval_m: f
     places = _places(levels, z, max(1.0, piece.picture[1] / 720))
     heights_m = np.rint(levels[places[:, 1], places[:, 0]]) * INDEX_EVERY * interval_m
     is_there = heights_m >= least_m
-    names = [f"{height_m:.7g} m" for height_m in heights_m[is_there]]
+    names = [f"{height_m / UNITS[units]:.7g} {units}" for height_m in heights_m[is_there]]
     return _apart(names, first + _STEP * places[is_there], max(1.0, piece.picture[1] / 720))
 
 

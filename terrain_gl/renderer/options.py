@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, Protocol, TypedDict
 
 from ..basics.exceptions import UsageError
+from ..basics.words import UNITS
 from ..camera import Camera
 from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
@@ -177,6 +178,8 @@ class FrameOptions:
         "on": near the eye, the shading has bumps and specks finer than the posts' spacing. The mesh does not change.
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
+    units
+        "m" or "ft": the unit of heights on contour lines, of their interval if it is 0, of legends and scale bars.
     error_scale_px
         Styles "error" and "promise": the error at the end of the scale of colours. Colours then follow the square root
         of the error, so that small errors are visible. By default the end is the tolerance, and the scale is linear.
@@ -294,7 +297,13 @@ class FrameOptions:
     contour_m: float | None = _option(
         None,
         "picture",
-        Flag("--contours", "interval", "contour lines every M metres, or auto; each fifth is heavy", "M"),
+        Flag("--contours", "interval", "contour lines every M metres, or 40ft, or auto; each fifth is heavy", "M"),
+    )
+    units: str = _option(
+        "m",
+        "picture",
+        Flag("--units", "choice", "of contours and heights, the legend and the scale"),
+        choices=tuple(UNITS),
     )
     error_scale_px: float | None = _option(
         None,

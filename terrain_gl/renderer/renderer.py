@@ -391,14 +391,14 @@ class Renderer:
         return labels_seen(self.overlays if overlays is None else overlays, self.picture, *self._drawn)
 
     @in_session
-    def contour_labels(self, contour_m: float | None, water_m: float | None = None) -> list[Label]:
+    def contour_labels(self, contour_m: float | None, water_m: float | None = None, units: str = "m") -> list[Label]:
         """Heights of the index lines in the last picture; arguments as in `FrameOptions`."""
         if self._drawn is None or contour_m is None:
             return []
-        interval = contour_m or interval_m(*self.heightmap.range_m)
+        interval = contour_m or interval_m(*self.heightmap.range_m, units)
         least_m = -math.inf if water_m is None else water_m
         camera, _, piece = self._drawn
-        return contour_labels(self.picture, camera, piece, interval, least_m)
+        return contour_labels(self.picture, camera, piece, interval, least_m, units)
 
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables are updated. See `Editor.edit`."""

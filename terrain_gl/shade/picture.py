@@ -85,6 +85,7 @@ class Look:
     surroundings: str = "block"
     grain: str = "on"
     contour_m: float | None = None
+    units: str = "m"
     ramp_range: Range | None = None
     error_scale_px: float | None = None
     haze: float = 1.0
@@ -392,7 +393,7 @@ class Picture:
         uniforms["error_scale_px"] = look.error_scale_px or 0.0
         uniforms["bar"] = self.has_bar
         if look.contour_m is not None:
-            uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
+            uniforms |= contours.uniforms(self.terrain, look.contour_m, look.units, look.water_m)
         if look.style in _LIT:
             uniforms |= self.lighting.uniforms
         grained = look.style == "shaded" and look.grain == "on"

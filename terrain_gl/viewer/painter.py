@@ -229,7 +229,7 @@ class Painter:
         labels = renderer.labels(self.overlays)
         if len({side.contour_m for side in spec.sides}) == 1:
             first = spec.sides[0]
-            labels += renderer.contour_labels(first.contour_m, first.water_m)
+            labels += renderer.contour_labels(first.contour_m, first.water_m, first.units)
         self.labels = [each._replace(x=across * each.x, y=down * each.y) for each in labels]
         self.frame.measured_px = None
         self.side_measured = []
