@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 
 from .basics.exceptions import TerrainError
+from .gpu import gl
 from .gpu.passes import NOTHING_MORE, DrawPass, Feed, Resources, State, Uniforms
 from .lod import Selection
 from .lod.surface import Surface
 from .terrain import Terrain
 
 MOST_CAPTURED = 2**31 - 1  # bytes; drivers count them in a signed 32-bit number, and crash if there are more
+MOST_PATCH_VERTICES = 33**2 + 4 * 32  # of a patch of 32 segments whose edges have 64: lod/rings/place.comp
 _VERTEX = np.dtype([("col", "f4"), ("row", "f4"), ("height_m", "f4")])
 
 
@@ -67,6 +69,14 @@ class MeshDraw:
         commands = range(selection.draws)[part]  # the whole map may be outside the picture
         read = {**self.surface.resources, **resources}
         self._pass.draw_indirect(state, read, uniforms, self._feed, self.surface.draws, commands)
+
+    def draw_hidden(self, selection: Selection, state: State) -> None:
+        """Draw the patches that a selection leaves out because other land hides them."""
+        at_once = gl.MOST_VERTICES // MOST_PATCH_VERTICES
+        end = selection.patches + selection.hidden
+        for first in range(selection.patches, end, at_once):
+            number = min(at_once, end - first)
+            self._pass.draw(state, self.surface.resources, NOTHING_MORE, self._feed, number, first)
 
     def capture(self, selection: Selection, vertex_bytes: int) -> bytes:
         """The triangles that the GPU makes, as bytes: three vertices each."""

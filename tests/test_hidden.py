@@ -103,7 +103,12 @@ def test_a_horizon_that_is_too_high_shows_missing_land(ctx, valley, monkeypatch)
     change_shaders(monkeypatch, "? (slope + tan_off)", "? -0.4 + (slope + tan_off)")
     with tg.Renderer(renderer.heightmap, SIZE, ctx=ctx) as poisoned:
         image = poisoned.render(camera, style=UNLIT).image
-    assert (image != whole).any(-1).mean() > 0.01
+        depths = poisoned.picture.depths()
+        missing = (image != whole).any(-1)
+        assert poisoned.measure()["holes"] >= missing.sum() > 0.01 * missing.size
+        np.testing.assert_array_equal(poisoned.picture.depths(), depths)
+        poisoned.render(camera, style="wireframe")
+        assert poisoned.measure()["holes"] >= missing.sum()
 
 
 def test_measuring_knows_hidden_land_from_a_hole(valley, monkeypatch):

@@ -54,7 +54,8 @@ class Inspector:
 
         Adds `max_error_px` and `rms_error_px` over 5 × 5 places in each cell; `max_error_posts_px` over posts alone;
         `posts_measured`; `land_measured`, the share of the land in the picture that is drawn and so can be measured;
-        and `holes`, the number of pixels and places where the sky shows through.
+        and `holes`, the number of pixels and places where the sky shows through, or where land is left out as hidden
+        but would be seen.
         """
         frame = self._drawn()
         achieved = drain(self.measure_steps())
@@ -66,7 +67,10 @@ class Inspector:
         frame.stats["max_error_posts_px"] = achieved.max_posts_px
         frame.stats["posts_measured"] = achieved.posts
         frame.stats["land_measured"] = achieved.share
-        frame.stats["holes"] = achieved.uncovered + through
+        left_out = 0
+        if frame.selection.hidden and frame.eye == frame.camera:  # another eye may see what is hidden from the camera
+            left_out = int(np.count_nonzero(self.resources.picture.sees_hidden(frame.selection, frame.options.shading)))
+        frame.stats["holes"] = achieved.uncovered + through + left_out
         return frame.stats
 
     @steps_in_session

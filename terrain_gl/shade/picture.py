@@ -176,12 +176,11 @@ class Picture:
 
     def see_steps(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Steps[None]:
         """Incremental `see`, `commands` draw commands a step; yields progress from 0 to 1."""
-        of_mesh = look.style in _OF_MESH or look.wires
         mesh = self._meshes(look).of(selection.surface)
-        target = self._detail_target() if of_mesh else self._seen
-        culls = not self._may_show_underside(look, selection)
-        state = State(target, self.view.viewport, depth=">=", least_depth=FARTHEST, clips=True, culls=culls)
-        clear(target, depth=0.0, colour=(0.0, 0.0, 0.0, 0.0) if of_mesh else None)  # infinitely far away: the sky
+        state = self._seeing_state(selection, look)
+        assert state.framebuffer
+        of_mesh = state.framebuffer is not self._seen
+        clear(state.framebuffer, depth=0.0, colour=(0.0, 0.0, 0.0, 0.0) if of_mesh else None)  # infinitely far: the sky
         for first in range(0, selection.draws, commands):
             mesh.draw(selection, state, part=slice(first, first + commands))
             yield min(1.0, (first + commands) / selection.draws)
@@ -226,6 +225,12 @@ class Picture:
             stages = geometry | {"fragment": f"shade/{what}.frag"}
             self._seeing[what, holes] = MeshDraws("PICTURE", {"HOLES": holes}, **stages)
         return self._seeing[what, holes]
+
+    def _seeing_state(self, selection: Selection, look: Look) -> State:
+        """The state in which the first pass draws."""
+        target = self._detail_target() if look.style in _OF_MESH or look.wires else self._seen
+        culls = not self._may_show_underside(look, selection)
+        return State(target, self.view.viewport, depth=">=", least_depth=FARTHEST, clips=True, culls=culls)
 
     def _colour(self, look: Look, edge: int, tile: Box) -> None:
         """Colour the pixels of a tile (column and row of its lower left corner, width, height), kind by kind."""
@@ -321,6 +326,17 @@ class Picture:
     def places(self) -> np.ndarray:
         """Column and row that each sample sees: (samples, height, width, 2) float32, first row on top; sky negative."""
         return np.stack([self.note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])
+
+    def sees_hidden(self, selection: Selection, look: Look = PLAIN) -> np.ndarray:
+        """Where the last picture would show the patches that its selection left out as hidden: (height, width) bool.
+
+        They are drawn over the picture's depths; then the selection is drawn again, so the picture stays as it was.
+        """
+        before = self.places()
+        self._meshes(look).of(selection.surface).draw_hidden(selection, self._seeing_state(selection, look))
+        changed: np.ndarray = (self.places() != before).any((0, -1))
+        self.see(selection, look)
+        return changed
 
     def note(self, fragment: str, components: int, dtype: str, kind: str = "ANY", **uniforms: Any) -> np.ndarray:
         """Output of a fragment shader for pixels of one of `KINDS`: (height, width, components), first row on top."""
