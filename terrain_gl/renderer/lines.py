@@ -44,7 +44,7 @@ class Lines:
         self._pieces.orphan(pieces.nbytes)
         self._pieces.write(pieces.tobytes())
         state = State(target, (0, 0, *size), blends=True, stays_opaque=True)
-        read = {**picture.view.resources, "u_depth": picture.depth}
+        read = {"Terrain": picture.terrain.resources["Terrain"], **picture.view.resources, "u_depth": picture.depth}
         uniforms = {"window_px": size, "width_px": width_px}
         self._pass.draw(state, read, uniforms, self._feed, vertices=4, instances=len(pieces))
 
