@@ -397,10 +397,10 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
     asked = []
     run = tables._run
 
-    def noted(name, j, nodes, threads, **more):
+    def noted(name, j, nodes, threads, tables, **more):
         if 0 not in threads:
             asked.append((name, j, nodes))
-        run(name, j, nodes, threads, **more)
+        run(name, j, nodes, threads, tables, **more)
 
     monkeypatch.setattr(tables, "_run", noted)
     heights = terrain.heightmap.heights.copy()
@@ -412,12 +412,12 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
 
 
 @pytest.mark.parametrize("shape", [(1025, 1025), (513, 700)], ids=str)
-def test_tables_take_at_most_25_bytes_a_post(ctx, shape):
-    """A third of a node a post, 40 bytes each; 72 bytes a tile of 16 cells, or of 4 nodes; 0.7 for blocks and edges."""
+def test_tables_take_at_most_14_bytes_a_post(ctx, shape):
+    """A third of a node a post, 8 bytes each; 72 bytes a tile of 16 cells, or of 4 nodes; 0.2 for blocks and edges."""
     terrain, tables = built(ctx, Heightmap(rough(*shape)))
-    assert tables.bytes <= (40 / 3 + 72 / 16 + 72 / 4 / 3 + 0.7) * shape[0] * shape[1] * 1.01
+    assert tables.bytes <= (8 / 3 + 72 / 16 + 72 / 4 / 3 + 0.2) * shape[0] * shape[1] * 1.01
     assert tables.bytes == sum(buffer.size for buffer in tables._buffers)
-    assert tables.blocks.size + tables.cuts.size <= 0.7 * shape[0] * shape[1]
+    assert tables.blocks.size + tables.cuts.size <= 0.2 * shape[0] * shape[1]
 
 
 def test_same_map_gives_the_same_bytes(ctx):
@@ -431,7 +431,7 @@ def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
     scene.terrain.levels = layout.levels_over(16384, 16384)
     groups = []
     monkeypatch.setattr(
-        scene.tables, "_run", lambda name, _j, _nodes, threads, **_: groups.append((name, *_groups(threads)))
+        scene.tables, "_run", lambda name, _j, _nodes, threads, _tables, **_: groups.append((name, *_groups(threads)))
     )
     for name in ("build", "edit"):
         monkeypatch.setattr(scene.tables._sat8, name, lambda *_: None)
