@@ -17,12 +17,14 @@ from commands import refused, spawn
 from hostile import N, vrt
 from maps import rough
 
+import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.error import ErrorTables
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.climate import look_of
 from terrain_gl.readers import Reading
 from terrain_gl.readers.windows import open_windows
+from terrain_gl.shade.picture import UNLIT
 from terrain_gl.terrain import Terrain
 
 pytest.importorskip("zarr")
@@ -433,3 +435,16 @@ def test_the_command_builds_and_tells(tmp_path, monkeypatch, run):
     refused(run("build", "dem.npy", "-o", "t", "--scheduler", "tcp://127.0.0.1:9"), 1, "no Dask scheduler", "start one")
     told = spawn("build", "dem.npy", "-o", "t", "--scheduler", "nonsense://x").stderr
     assert "nonsense" in told and " at 0x" not in told
+
+
+@pytest.mark.parametrize("shape", [(2, 20_000), (17_000, 5)])
+def test_thin_maps_are_drawn(tmp_path, ctx, shape):
+    """They have few posts, but more along one side than a map in memory may have."""
+    along = np.arange(max(shape)).reshape([-1 if n == max(shape) else 1 for n in shape])
+    build(100 * np.sin(along / 300) + np.zeros(shape, "f4"), tmp_path / "thin", spacing_m=30.0)
+    thin = StoredMap(tmp_path / "thin")
+    with tg.Renderer(thin, (80, 45), ctx=ctx) as renderer:
+        renderer.render(tg.Camera.default(thin.coarse()), style=UNLIT)
+        found = renderer.measure()
+    assert found["complete"] and found["holes"] == 0 and found["posts_measured"] > 1000
+    assert found["max_error_px"] <= found["certified_max_error_px"] <= 1

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..basics.limits import is_too_large
 from ..basics.rect import nodes_along
 from ..heightmap import Heightmap
 from .marks import known
@@ -150,7 +151,7 @@ class PagedMap(Heightmap):
     def coarse(self) -> Heightmap:
         """A coarse map for choosing a view: the finest level with at most `COARSE_POSTS` posts that can be read."""
         level = 0
-        while level < self.top and np.prod(self.posts(level)) > COARSE_POSTS:
+        while level < self.top and (np.prod(self.posts(level)) > COARSE_POSTS or is_too_large(*self.posts(level))):
             level += 1
         while True:
             rows, cols = self.posts(level)
