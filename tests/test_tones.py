@@ -123,6 +123,16 @@ def test_a_palette_has_the_colours_of_its_entries(tmp_path, driver):
         assert (albedo[:7, :, 3] == 0).all() and (albedo[9:, :, 3] == 1).all()
 
 
+def test_no_colour_lies_between_two_entries_of_a_palette(tmp_path):
+    """Half a pixel beside the map's posts; the mean of the entries 0 and 3 would be another colour."""
+    indices = np.where(INDICES % 2 == 0, 0, 3).astype(np.uint8)
+    path = write(tmp_path / "p", indices, palette=PALETTE)
+    aside = ONTO._replace(grid=ONTO.grid._replace(c=ONTO.grid.c + 2.4))
+    albedo = read_ground(path, aside).astype("f4")
+    colours = np.unique(np.round(albedo[albedo[..., 3] == 1][:, :3], 2), axis=0)
+    assert colours == pytest.approx(np.unique(np.round(linear_from_srgb(FIELDS[[0, 3]]), 2), axis=0), abs=0.011)
+
+
 # pictures with a western half that is not there
 WEST = np.broadcast_to(np.arange(160) < 80, (120, 160))
 HOLES = {
