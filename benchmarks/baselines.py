@@ -24,7 +24,7 @@ from terrain_gl.comparison import compare, curves
 from terrain_gl.files.maps import open_map
 from terrain_gl.files.views import standard_view
 
-OURS = ("sat", "quadtree")
+OURS = ("sat",)
 BASELINES = [method for method in compare.COMPARED if method not in OURS]
 FINE = 2  # each pixel of a picture is drawn as FINE × FINE pixels
 REAL = {
@@ -160,11 +160,11 @@ def error_rows(found):
     """Rows: errors of all methods at equal triangles, and ratios of errors."""
     ours, methods = "sat", compare.COMPARED
     rows = [["view and map", "triangles", *(f"{m} RMS px" for m in methods)]]
-    rows[0] += [*(f"{m} / {ours}" for m in BASELINES), "sat / quadtree"]
+    rows[0] += [*(f"{m} / {ours}" for m in BASELINES)]
     for case in found:
         for triangles in budgets_of(case):
             px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
-            ratios = [*(ratio(px[m], px[ours]) for m in BASELINES), ratio(px[ours], px["quadtree"])]
+            ratios = [*(ratio(px[m], px[ours]) for m in BASELINES)]
             rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), *ratios]]
     return rows
 

@@ -37,9 +37,9 @@ def camera(heightmap):
     return tg.Camera(eye=(east, north, ground + ABOVE_M), target=(east, north + AHEAD_M, ground - BELOW_M))
 
 
-def chosen(renderer, view, method):
+def chosen(renderer, view):
     """Triangles and patches of the mesh, and milliseconds for choosing it."""
-    stats = renderer.draw(view, 1.0, style=UNLIT, method=method)
+    stats = renderer.draw(view, 1.0, style=UNLIT)
     selector, near_m = renderer.inspector.frame.selection.surface, near_plane_m(renderer.heightmap)
     times = []
     for _ in range(RUNS):
@@ -52,21 +52,20 @@ def chosen(renderer, view, method):
 
 
 def main():
-    """Print a line for each map and method."""
+    """Print a line for each map."""
     sizes = [int(word) for word in sys.argv[1:]] or [1025, 2049, 4097, 8193]
     known = bundled()["alpine-30m"]
     land = tg.Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
     heights = mirrored(land.heights, max(sizes))
-    print(f"{'posts':>6} {'method':9}{'triangles':>11}{'patches':>9}{'ms':>8}")
+    print(f"{'posts':>6}{'triangles':>11}{'patches':>9}{'ms':>8}")
     for posts in sizes:
         first = (max(sizes) - posts) // 2
         part = np.ascontiguousarray(heights[first : first + posts, first : first + posts])
         heightmap = tg.Heightmap(part, land.spacing_m, f"{posts}")
         heightmap.quantised_m = float(heights.min()), float(heights.max())
         with tg.Renderer(heightmap, SIZE) as renderer:
-            for method in ("sat", "quadtree"):
-                triangles, patches, ms = chosen(renderer, camera(heightmap), method)
-                print(f"{posts:6} {method:9}{triangles:11,}{patches:9,}{ms:8.1f}", flush=True)
+            triangles, patches, ms = chosen(renderer, camera(heightmap))
+            print(f"{posts:6}{triangles:11,}{patches:9,}{ms:8.1f}", flush=True)
 
 
 if __name__ == "__main__":

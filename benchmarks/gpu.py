@@ -51,22 +51,19 @@ def milliseconds(work: Callable[[], object], ctx: moderngl.Context, runs: int = 
 
 
 def frames(sizes: dict[str, tuple[int, int]]) -> list[str]:
-    """Times of the stages of a frame, for each method."""
+    """Times of the stages of a frame."""
     lines = [
-        "| map | picture | method | triangles | patches | lod | draw | shade |",
-        "|---|---|---|---|---|---|---|---|",
+        "| map | picture | triangles | patches | lod | draw | shade |",
+        "|---|---|---|---|---|---|---|",
     ]
     for name, known in bundled().items():
         with tg.Renderer(open_map(name)[0], next(iter(sizes.values()))) as renderer:
             for label, size in sizes.items():
                 renderer.resize(size)
-                for method in ("sat", "quadtree"):
-                    seen = [renderer.draw(known.camera, 1.0, method=method, sun=known.sun) for _ in range(FRAMES)]
-                    ms = [
-                        f"{statistics.median(s['ms'][stage] for s in seen):.2f}" for stage in ("lod", "draw", "shade")
-                    ]
-                    counts = f"{seen[-1]['triangles']:,} | {seen[-1]['patches']:,}"
-                    lines.append(f"| {name} | {label} | {method} | {counts} | {' | '.join(ms)} |")
+                seen = [renderer.draw(known.camera, 1.0, sun=known.sun) for _ in range(FRAMES)]
+                ms = [f"{statistics.median(s['ms'][stage] for s in seen):.2f}" for stage in ("lod", "draw", "shade")]
+                counts = f"{seen[-1]['triangles']:,} | {seen[-1]['patches']:,}"
+                lines.append(f"| {name} | {label} | {counts} | {' | '.join(ms)} |")
     return lines
 
 

@@ -19,7 +19,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from methods import SIZE, maps
+from budgets import maps
 
 import terrain_gl as tg
 from terrain_gl.files.views import standard_view
@@ -30,6 +30,7 @@ from terrain_gl.shade.picture import UNLIT
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from maps import random_map, rough  # noqa: E402  the tests' own maps
 
+SIZE = (1280, 720)
 FRAMES = 9
 PER_MAP = 75  # random views of a map, and their size
 RANDOM_SIZE = (96, 64)

@@ -1,7 +1,7 @@
 """What `precise` costs: processor time with it and without, side by side in one run, for docs/precision.md.
 
 `precise` forbids a compiler to reorder or fuse operations. The script removes the word from the shaders' text and
-compares: the error tables, and the frames of both certified methods without light. Times are processor milliseconds of
+compares: the error tables, and a frame without light. Times are processor milliseconds of
 all threads of a software renderer, medians of runs that alternate. (`generate` needs `precise` for the same bytes on
 every driver, whatever it costs.)
 
@@ -28,10 +28,10 @@ def works(name, ctx):
     renderer = tg.Renderer(open_map("alpine")[0], SIZE, ctx=ctx)
     known = bundled()["alpine"]
 
-    def frame(method):
-        return lambda: renderer.draw(known.camera, 1.0, method=method, style="normals", sun=known.sun)
+    def frame():
+        renderer.draw(known.camera, 1.0, style="normals", sun=known.sun)
 
-    found = {"error tables": renderer.tables.build, "frame, sat": frame("sat"), "frame, quadtree": frame("quadtree")}
+    found = {"error tables": renderer.tables.build, "frame": frame}
     for work in found.values():
         work()
     return renderer, found

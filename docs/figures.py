@@ -71,43 +71,6 @@ def cell():
     return figure
 
 
-def fan():
-    """A quad, a fan with its wedges, and a fan with a split edge."""
-    figure, axes = plt.subplots(1, 4, figsize=(10, 2.9), constrained_layout=True)
-    corners = np.array([(0, 4), (4, 4), (4, 0), (0, 0)])
-    titles = "quad: two triangles", "fan: a wedge for each edge", "north edge split in its middle", "the wedge's height"
-    y, x = np.indices((5, 5))
-    for ax, title in zip(axes, titles, strict=True):
-        bare(ax, title)
-        ax.set(xlim=(-0.7, 4.7), ylim=(-0.7, 4.9))
-    for ax in axes[:3]:
-        ax.add_patch(Polygon(corners, fill=False))
-        ax.plot(x, y, "o", color=GREY, markersize=3)
-    axes[0].plot([0, 4], [4, 0], "k")
-    axes[0].plot([0, 4], [0, 4], "k--", linewidth=0.8)
-    for ax in axes[1:3]:
-        ax.add_patch(Polygon([(0, 4), (4, 4), (2, 2)], color=BLUE, alpha=0.25))
-        ax.plot([0, 4], [4, 0], "k")
-        ax.plot([0, 4], [0, 4], "k")
-        ax.plot(2, 2, "ko")
-    for at, name in (((2, 3.35), "N"), ((3.35, 2), "E"), ((2, 0.6), "S"), ((0.65, 2), "W")):
-        axes[1].text(*at, name, ha="center", va="center")
-    axes[2].plot([2, 2], [2, 4], "k")
-    axes[2].plot(2, 4, "ko")
-    axes[3].add_patch(Polygon([(0, 4), (4, 4), (2, 1)], facecolor=BLUE, alpha=0.25, edgecolor="k"))
-    for at, name, aside in (((0, 4), "$a$", (0, 0.4)), ((4, 4), "$b$", (0, 0.4)), ((2, 1), "$m$", (0, -0.45))):
-        axes[3].plot(*at, "ko")
-        axes[3].text(*np.add(at, aside), name, ha="center", va="center")
-    post = np.array([2.6, 2.5])
-    edge = np.array([2, 1]) + (post - (2, 1)) * 2
-    axes[3].plot(*np.transpose([(2, 1), edge]), color=RED)
-    axes[3].plot(*post, "o", color=RED)
-    axes[3].plot(*edge, "s", color=RED, markersize=4)
-    axes[3].text(edge[0], 4.4, "$e$", ha="center", va="center", color=RED)
-    axes[3].text(2, -0.2, "$I = (1 - w)\\,m + w\\,e$", ha="center", va="center")
-    return figure
-
-
 def land(size=513):
     """Heights of a part of the bundled range, metres."""
     known = json.loads((ROOT / "heightmaps" / "maps.json").read_text())["alpine-30m"]
@@ -294,7 +257,6 @@ def footprint():
 STYLES = {
     "clipmap": {"color": "#d98324", "marker": "s"},
     "tessellated": {"color": "#4c9a5b", "marker": "^"},
-    "quadtree": {"color": BLUE, "marker": "o"},
     "sat": {"color": "#7a3fa0", "marker": "D"},
 }
 
@@ -337,7 +299,11 @@ def other_programs():
             curves["terrain-gl"] += [(metres, int(row["terrain-gl"])), (theirs, int(row["terrain-gl there"]))]
             curves["pydelatin"].append((metres, int(row["pydelatin"])))
             curves["pymartini"].append((theirs, int(row["pymartini"])))
-    styles = {"terrain-gl": STYLES["quadtree"], "pydelatin": STYLES["tessellated"], "pymartini": STYLES["clipmap"]}
+    styles = {
+        "terrain-gl": {"color": BLUE, "marker": "o"},
+        "pydelatin": STYLES["tessellated"],
+        "pymartini": STYLES["clipmap"],
+    }
     figure, axes = plt.subplots(3, 3, figsize=(10, 7.5), constrained_layout=True)
     for ax, (name, curves) in zip(axes.flat, found.items(), strict=True):
         for program, points in curves.items():
@@ -359,7 +325,7 @@ def plain(ax, title):
     ax.minorticks_off()
 
 
-FIGURES = {"cell.svg": cell, "fan.svg": fan, "rings.png": rings, "price.svg": price, "footprint.svg": footprint}
+FIGURES = {"cell.svg": cell, "rings.png": rings, "price.svg": price, "footprint.svg": footprint}
 FIGURES |= {
     "screen_error.svg": lambda: panels("screen_error.csv", "RMS screen error, px"),
     "other_programs.svg": other_programs,

@@ -106,5 +106,5 @@ float metric_px(Projection p, float max_m, float rms_m) {
 // Width in pixels of a cell in the middle of a box.
 float pixels_across(Projection p) { return u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y); }
 
-// Weight of a post in a budget: docs/allocation.md, section 3.
+// Weight of a post in a budget: docs/allocation.md, section 2.
 float post_weight(Projection p) { return max(1.0, pixels_across(p)); }
