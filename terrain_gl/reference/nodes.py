@@ -1,4 +1,4 @@
-"""error, continued: the nodes of the quadtree, and which posts belong to each."""
+"""error, continued: the nodes of a map, and which posts belong to each."""
 
 from typing import NamedTuple
 
