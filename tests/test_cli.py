@@ -32,6 +32,7 @@ MEASURED_KEYS = (
     FRAME_KEYS
     | POSE_KEYS
     | {*("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")}
+    | {"rounding_px"}
 )
 BYTES_KEYS = {"heights", "sat", "error", "shade", "total"}
 

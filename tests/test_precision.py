@@ -3,17 +3,17 @@
 import moderngl
 import numpy as np
 import pytest
-from maps import MAPS, SIZE, Scene, cameras, random_map
-from rounding import CLIP_ROUNDINGS, rounding_px
+from maps import MAPS, SIZE, Scene, cameras, random_map, rough
 
 from terrain_gl import Renderer
 from terrain_gl.camera import Camera, clip_from_eye
 from terrain_gl.gpu.gl import clip_control_zero_to_one, use_default_framebuffer
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.mesh import MeshDraws, vertex_heights
+from terrain_gl.mesh import MeshDraws, captured_triangles, vertex_heights
 from terrain_gl.shade.picture import UNLIT
 from terrain_gl.verify.holes import count_holes
+from terrain_gl.verify.rounding import CLIP_ROUNDINGS, mesh_rounding_px, rounding_px
 
 DRAWN = np.dtype([("post", "2f4"), ("clip", "4f4")])
 VARYINGS = ("v_post", "gl_Position")
@@ -58,7 +58,14 @@ def shares(scene, camera, size=SIZE):
     exact = np.c_[points - np.asarray(camera.eye), np.ones(len(points))] @ clip_from_eye(camera, size, near_m).T
     seen = (np.abs(exact[:, :2]) <= exact[:, 3:]).all(1) & (exact[:, 3] >= near_m)
     off = np.linalg.norm(pixels(clip[seen], viewport(scene)) - pixels(exact[seen], size), axis=1)
-    return off / rounding_px(camera, size, scene.heightmap.spacing_m, points[seen]), off
+    return off / vertex_px(camera, size, scene.heightmap, points[seen]), off
+
+
+def vertex_px(camera, size, heightmap, points):
+    """The bound of vertices in the picture, at world metres."""
+    from_eye = points - np.asarray(camera.eye)
+    away = np.linalg.norm(from_eye, axis=1)
+    return rounding_px(camera, size, heightmap.spacing_m, away, from_eye @ camera.axes[2])
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -86,6 +93,23 @@ def test_the_bound_does_not_grow_with_the_map(ctx):
     scene.release()
 
 
+@pytest.mark.parametrize("fov", [0.1, 1.0, 45.0, 170.0])
+def test_measure_bounds_what_float32_adds(ctx, fov):
+    """In narrow views it is more than the certificate; the bound of the mesh is that of its vertices, or more."""
+    size, heightmap = (3840, 2160), Heightmap(rough(65, 65, 5, 300.0), 30.0)
+    middle = np.array([*np.divide(heightmap.extent_m, 2), 150.0])
+    away = {0.1: 1e6, 1.0: 1e5}.get(fov, 1500.0)
+    camera = Camera(tuple(middle + away * np.array([0.48, -0.64, 0.6])), tuple(middle), fov)
+    scene = Scene.of(ctx, heightmap, size)
+    share, off = shares(scene, camera, size)
+    selection = scene.select(camera, 2.0)
+    bound = mesh_rounding_px(captured_triangles(selection), heightmap, scene.terrain.base_m, camera, size, scene.near_m)
+    print(f"\n{fov} degrees: {len(off)} vertices, off by {off.max():.3g} px, at most {bound:.3g}")
+    assert len(off) > 10 and off.max() <= (off[off > 0] / share[off > 0]).max() <= bound
+    assert fov > 0.1 or (0.5 < bound < 1.0 and off.max() > scene.select(camera, 0.02).certified_px)
+    scene.release()
+
+
 def test_the_test_would_see_a_worse_vertex(ctx):
     """Without the mechanism, with float32 positions from the map's corner, the bound does not hold."""
     scene = Scene.of(ctx, MAPS["offset"]())  # at 8848 m
@@ -100,7 +124,7 @@ def test_the_test_would_see_a_worse_vertex(ctx):
     naive = np.c_[points, np.ones(len(points))].astype("f4") @ whole.astype("f4").T
     seen = (np.abs(exact[:, :2]) <= exact[:, 3:]).all(1) & (exact[:, 3] >= near_m) & (naive[:, 3] > 0)
     off = np.linalg.norm(pixels(naive[seen], SIZE) - pixels(exact[seen], SIZE), axis=1)
-    assert (off > rounding_px(camera, SIZE, heightmap.spacing_m, points[seen])).any()
+    assert (off > vertex_px(camera, SIZE, heightmap, points[seen])).any()
     scene.release()
 
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from forms import Form, Forms, corner, post, unit, weight
 from gappa import FUSED, UNIT, Gappa, Number, Roundings, constant
-from rounding import CLIP_ROUNDINGS
 from shader_text import Evaluator, body, macros, parse, source
 
 from terrain_gl.gpu.selftest import QUOTIENT
+from terrain_gl.verify.rounding import CLIP_ROUNDINGS
 
 needs_gappa = pytest.mark.skipif(not shutil.which("gappa"), reason="Gappa is not installed: apt install gappa")
 

@@ -34,7 +34,10 @@ OF_FRAME = (
     *("triangles", "patches", "patches_hidden", "splits", "certified_max_error_px", "complete"),
     *("tiles_missing", "tiles_wide", "overlay_samples", "ms"),
 )
-MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
+MEASURED = (
+    *("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "rounding_px"),
+    "holes",
+)
 _of_thread = threading.local()
 
 

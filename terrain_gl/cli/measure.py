@@ -69,13 +69,14 @@ def _check_error(stats: dict[str, Any], most_px: float | None) -> None:
 
 def text(stats: dict[str, Any]) -> str:
     """A measurement as text."""
-    certified = stats["certified_max_error_px"]
+    certified, rounding = stats["certified_max_error_px"], stats["rounding_px"]
     lines = {
         "map": stats["map"],
         "picture": f"{stats['width']} x {stats['height']}, {stats['gl_renderer']} ({stats['backend']})",
         "mesh": f"{stats['triangles']:,} triangles in {stats['patches']:,} patches, {stats['splits']:,} splits",
         "asked": f"{report.asked(stats)}, method {stats['method']}",
         "certified": "nothing" if certified is None else f"{certified:.4g} px",
+        **({} if rounding is None else {"float32": f"adds at most {rounding:.2g} px on the screen"}),
         "achieved": f"max {stats['max_error_px']:.4g} px, rms {stats['rms_error_px']:.4g} px",
         "over": f"{stats['posts_measured']:,} posts in the picture, and 5 x 5 places in each cell",
         "land": f"{stats['land_measured']:.1%} of the land in the picture; the rest is hidden",

@@ -18,8 +18,11 @@ from ..terrain import Terrain
 from ..verify.explain import Explanation, Lookup, PatchExplainer
 from ..verify.holes import count_holes
 from ..verify.measure import TILE, Achieved, Measurement
+from ..verify.rounding import mesh_rounding_px
 from .frame import DrawnFrame
 from .gpu_resources import GpuResources
+
+_MOST_READ = 10_000_000  # most triangles that are read back for a bound of their rounding
 
 
 class Inspector:
@@ -54,8 +57,8 @@ class Inspector:
 
         Adds `max_error_px` and `rms_error_px` over 5 × 5 places in each cell; `max_error_posts_px` over posts alone;
         `posts_measured`; `land_measured`, the share of the land in the picture that is drawn and so can be measured;
-        and `holes`, the number of pixels and places where the sky shows through, or where land is left out as hidden
-        but would be seen.
+        `rounding_px`, a bound of what the GPU's float32 adds on the screen; and `holes`, the number of pixels and
+        places where the sky shows through, or where land is left out as hidden but would be seen.
         """
         frame = self._drawn()
         achieved = drain(self.measure_steps())
@@ -67,11 +70,19 @@ class Inspector:
         frame.stats["max_error_posts_px"] = achieved.max_posts_px
         frame.stats["posts_measured"] = achieved.posts
         frame.stats["land_measured"] = achieved.share
+        frame.stats["rounding_px"] = self._rounding_px(frame)
         left_out = 0
         if frame.selection.hidden and frame.eye == frame.camera:  # another eye may see what is hidden from the camera
             left_out = int(np.count_nonzero(self.resources.picture.sees_hidden(frame.selection, frame.options.shading)))
         frame.stats["holes"] = achieved.uncovered + through + left_out
         return frame.stats
+
+    def _rounding_px(self, frame: DrawnFrame) -> float | None:
+        """What float32 adds at most; None for a mesh without a certificate, and for a very large one."""
+        if frame.selection.certified_px is None or frame.selection.most_triangles > _MOST_READ:
+            return None
+        view = frame.camera, frame.size, frame.near_m
+        return mesh_rounding_px(frame.triangles, self.heightmap, self.terrain.base_m, *view)
 
     @steps_in_session
     def measure_steps(self, tile: int = TILE) -> Steps[Achieved]:

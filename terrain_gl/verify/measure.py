@@ -126,7 +126,8 @@ class Measurement:
                 seen += int(np.count_nonzero(part.seen))
                 known = ~np.isnan(part.px)
                 share = _drawn_shares(self.terrain.heightmap, hidden, part.region)[known]
-                total += float(share @ np.square(part.px[known]))
+                counted = share > 0  # an error may be infinite
+                total += float(share[counted] @ np.square(part.px[known][counted]))
                 area += float(share.sum())
                 part.px[behind] = np.nan
                 drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
