@@ -4,11 +4,15 @@
     python benchmarks/certificate.py FOLDER           then the real maps of the folder
     python benchmarks/certificate.py --random 1000    views from anywhere, of random maps; with --seed, others
 
-It tests both metrics, eight cameras and four tolerances. `--maps`, `--cameras`, `--methods`,
-`--metrics` and `--errors` select some of them. There is one line for each map, method and metric: the largest ratio of
-achieved to certified error, and of certified error to tolerance; the number of views in which the certified error is
-above the tolerance, which is allowed very near the ground; broken views, holes, posts, triangles. The exit status is 1
-if a view is broken.
+Random views have fields of view of 0.1 to 170 degrees, tolerances of 0.01 to 1,000 pixels for the largest error or for
+the mean, or budgets; maps with voids, filled or cut out, edits, exaggeration; pictures from 17 x 5 pixels. Each is
+drawn with hidden land and without; with a tolerance for the largest error, both pictures must have the same bytes.
+
+Else it tests both metrics, eight cameras and four tolerances; `--maps`, `--cameras`, `--metrics` and `--errors` select
+some of them. There is one line for each map and metric: the largest ratio of achieved to certified error, and of
+certified error to tolerance; the number of views in which the certified error is above the tolerance, which is allowed
+very near the ground; broken views, holes, pictures that differ without hidden land, views with hidden patches; posts,
+triangles. The exit status is 1 if a view is broken, or a picture differs.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ import math
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +33,12 @@ from terrain_gl.gpu.context import create_context
 from terrain_gl.shade.picture import UNLIT
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from maps import MAPS, REAL, cameras, random_camera, random_map  # noqa: E402  the tests' own maps and cameras
+from maps import MAPS, REAL, cameras, random_camera, random_map, ridges, standing  # noqa: E402  the tests' own maps and cameras
 
 SIZE = (1280, 720)
 ERRORS_PX = (0.5, 1.0, 2.0, 4.0)
 METRICS = ("max", "rms")
-METHODS = ("sat",)
+SIZES = ((640, 360), (320, 700), (160, 90), (96, 64), (48, 27), (17, 5))  # of pictures of random maps
 VIEWS_A_MAP = 10  # views of each random map
 
 
@@ -48,13 +52,17 @@ class Tally:
     above: int = 0
     broken: int = 0
     holes: int = 0
+    different: int = 0
+    hidden: int = 0
     posts: int = 0
     triangles: int = 0
     seconds: float = 0.0
 
     def add(self, stats: dict[str, Any], label: str) -> None:
         """Count a measured view; print it if it is broken."""
-        got, bound, asked = (stats[f"{key}_error_px"] for key in (stats["metric"], "certified_max", "requested_max"))
+        metric = stats["certified_metric"]
+        got, bound, asked = (stats[f"{key}_error_px"] for key in (metric, "certified_max", "requested_max"))
+        asked = math.inf if asked is None else asked  # a budget
         self.views += 1
         self.achieved = max(self.achieved, got / bound if bound else got)
         if math.isfinite(bound):
@@ -71,11 +79,15 @@ class Tally:
         """A row of the table."""
         shares = (
             f"{self.views:5} {self.achieved:9.4f} {self.certified:10.6f} {self.above:6} {self.broken:7} {self.holes:6}"
+            f" {self.different:9} {self.hidden:6}"
         )
         return f"{shares} {self.posts:>10} {self.triangles:>10} {self.seconds:8.0f}"
 
 
-HEADER = f"{'map':44} method   metric views  achieved  certified  above  broken  holes      posts  triangles  seconds"
+HEADER = (
+    f"{'map':44} metric views  achieved  certified  above  broken  holes different hidden      posts  triangles"
+    "  seconds"
+)
 
 
 def maps(folder: Path | None) -> Iterator[tuple[str, tg.Heightmap]]:
@@ -94,39 +106,92 @@ def fixed_views(args: argparse.Namespace, ctx: Any) -> Iterator[Tally]:
             continue
         views = {k: v for k, v in cameras(heightmap, SIZE).items() if not args.cameras or k in args.cameras}
         with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
-            for method in args.methods:
-                for metric in args.metrics:
-                    tally, started = Tally(), time.perf_counter()
-                    for view, camera in views.items():
-                        for px in args.errors:
-                            renderer.draw(camera, px, metric=metric, method=method, style=UNLIT)
-                            tally.add(renderer.measure(), f"{name}, {method}, {metric}, {view} at {px:g} px")
-                    tally.seconds = time.perf_counter() - started
-                    print(f"{name:44} {method:8} {metric:6} {tally.line()}", flush=True)
-                    yield tally
+            for metric in args.metrics:
+                tally, started = Tally(), time.perf_counter()
+                for view, camera in views.items():
+                    for px in args.errors:
+                        renderer.draw(camera, px, metric=metric, style=UNLIT)
+                        tally.add(renderer.measure(), f"{name}, {metric}, {view} at {px:g} px")
+                tally.seconds = time.perf_counter() - started
+                print(f"{name:44} {metric:6} {tally.line()}", flush=True)
+                yield tally
 
 
 def random_views(args: argparse.Namespace, ctx: Any) -> Iterator[Tally]:
-    """Random maps, ten views of each, every method in each view."""
-    tallies = {method: Tally() for method in args.methods}
+    """Random maps, ten views of each; every second map is mountains, and two of four have an edit halfway."""
+    tallies = {metric: Tally() for metric in (*args.metrics, "budget")}
+    end = time.perf_counter() + args.seconds
     for i in range(-(-args.random // VIEWS_A_MAP)):
+        if time.perf_counter() > end:
+            break
         rng = np.random.default_rng([args.seed, i])
-        heightmap = random_map(rng)
-        size = [(640, 360), (320, 700)][rng.integers(0, 2)]
-        with tg.Renderer(heightmap, size, ctx=ctx) as renderer:
+        heightmap = _mountains(rng) if i % 2 else random_map(rng)
+        with tg.Renderer(heightmap, SIZES[rng.integers(0, len(SIZES))], ctx=ctx) as renderer:
             for k in range(min(VIEWS_A_MAP, args.random - VIEWS_A_MAP * i)):
-                camera, px = random_camera(rng, heightmap), float(10 ** rng.uniform(-1.5, 1))
-                metric = METRICS[rng.integers(0, 2)]
-                for method, tally in tallies.items():
-                    started = time.perf_counter()
-                    renderer.draw(camera, px, metric=metric, method=method, style=UNLIT)
-                    tally.add(
-                        renderer.measure(), f"seed {args.seed}, map {i}, view {k}, {method}, {metric} at {px:g} px"
-                    )
-                    tally.seconds += time.perf_counter() - started
-    for method, tally in tallies.items():
-        print(f"{'random':44} {method:8} {'both':6} {tally.line()}", flush=True)
+                if k == VIEWS_A_MAP // 2 and i % 4 > 1:
+                    _edit(rng, renderer)
+                kind = list(tallies)[rng.integers(0, len(tallies))]
+                started = time.perf_counter()
+                _random_view(rng, renderer, kind, tallies[kind], f"seed {args.seed}, map {i}, view {k}, {kind}")
+                tallies[kind].seconds += time.perf_counter() - started
+    for kind, tally in tallies.items():
+        print(f"{'random':44} {kind:6} {tally.line()}", flush=True)
         yield tally
+
+
+def _random_view(rng: np.random.Generator, renderer: tg.Renderer, kind: str, tally: Tally, label: str) -> None:
+    fov_deg = float(
+        [10 ** rng.uniform(-1, math.log10(170)), rng.uniform(60, 170), rng.uniform(10, 80)][rng.integers(3)]
+    )
+    stands = rng.random() < 0.6 and min(renderer.heightmap.heights.shape) > 5
+    made = standing if stands else random_camera
+    camera = replace(made(rng, renderer.heightmap), fov_deg=fov_deg)
+    options: dict[str, Any] = {"voids": ("fill", "hole")[rng.integers(0, 2)], "style": UNLIT}
+    if rng.random() < 0.3:
+        options["exaggeration"] = float(10 ** rng.uniform(-1, 1))
+    if rng.random() < 0.3:
+        options["near_m"] = float(min(renderer.heightmap.spacing_m) * 10 ** rng.uniform(-3, 0))
+    if kind == "budget":
+        options["triangles"] = int(10 ** rng.uniform(1, 4.5))
+        options["metric"] = METRICS[rng.integers(0, 2)]
+    else:
+        options["max_error_px"] = float(10 ** rng.uniform(-2, 3))
+        options["metric"] = kind
+    frames = {}
+    try:
+        for occlusion in ("off", "on"):
+            frames[occlusion] = renderer.render(camera, occlusion=occlusion, **options)
+            tally.add(renderer.measure(), f"{label}, occlusion {occlusion}, {camera}, {options}")
+    except tg.TerrainError as error:
+        tally.broken += 1
+        print(f"  broken: {label}: {error}, {camera}, {options}", flush=True)
+        return
+    tally.hidden += frames["on"].stats["patches_hidden"] > 0
+    if kind == "max" and (frames["on"].image != frames["off"].image).any():
+        tally.different += 1
+        print(f"  different: {label}, {camera}, {options}", flush=True)
+
+
+def _mountains(rng: np.random.Generator) -> tg.Heightmap:
+    """Ridges that hide land, at times with a lake of voids."""
+    rows, cols = rng.integers(65, 200, 2)
+    heights = ridges(rows, cols, int(rng.integers(0, 10**6)), float(10 ** rng.uniform(2, 3.3)))
+    if rng.random() < 0.3:
+        row, col = rng.integers(0, rows - 20), rng.integers(0, cols - 20)
+        heights[row : row + 20, col : col + 20] = np.nan
+    return tg.Heightmap(heights, tuple(rng.uniform(5, 30, 2)))
+
+
+def _edit(rng: np.random.Generator, renderer: tg.Renderer) -> None:
+    """Move a rectangle of posts up or down, or make some of it void."""
+    map_ = renderer.heightmap
+    row, col = rng.integers(0, map_.rows - 1), rng.integers(0, map_.cols - 1)
+    rows, cols = (slice(int(at), int(at + rng.integers(1, 40))) for at in (row, col))
+    heights = map_.heights[rows, cols].copy()
+    heights += np.float32(rng.normal() * (map_.range_m[1] - map_.range_m[0]))
+    heights[rng.random(heights.shape) < rng.choice([0.0, 0.2])] = np.nan
+    rows, cols = slice(rows.start, rows.start + heights.shape[0]), slice(cols.start, cols.start + heights.shape[1])
+    renderer.edit(rows, cols, heights)
 
 
 def arguments() -> argparse.Namespace:
@@ -135,9 +200,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("folder", nargs="?", type=Path, help="with the real maps")
     parser.add_argument("--random", type=int, default=0, metavar="N", help="N random views, and nothing else")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=math.inf, metavar="S", help="begin no random map after S")
     parser.add_argument("--maps", nargs="+")
     parser.add_argument("--cameras", nargs="+")
-    parser.add_argument("--methods", nargs="+", choices=METHODS, default=METHODS)
     parser.add_argument("--metrics", nargs="+", choices=METRICS, default=METRICS)
     parser.add_argument("--errors", nargs="+", type=float, default=ERRORS_PX, metavar="PX")
     return parser.parse_args()
@@ -148,9 +213,10 @@ def main() -> int:
     args, ctx = arguments(), create_context()
     print(HEADER)
     tallies = list((random_views if args.random else fixed_views)(args, ctx))
-    views, broken, holes = (sum(getattr(tally, key) for tally in tallies) for key in ("views", "broken", "holes"))
-    print(f"{views} views, {broken} broken, {holes} holes")
-    return int(broken > 0)
+    keys = "views", "broken", "holes", "different"
+    views, broken, holes, different = (sum(getattr(tally, key) for tally in tallies) for key in keys)
+    print(f"{views} pictures, {broken} broken, {holes} holes, {different} different without hidden land")
+    return int(broken + different > 0)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.mesh import captured_triangles
+from terrain_gl.reference import bilinear_heights
 from terrain_gl.terrain import Terrain
 from terrain_gl.verify.measure import Measurement
 
@@ -46,6 +47,13 @@ def spike(n=129):
 
 def checkerboard(n=97):
     return np.indices((n, n)).sum(0) % 2 * 5.0
+
+
+def ridges(rows, cols, seed, relief=500.0):
+    """Mountains with smooth slopes: rough land of eight posts, bilinear in between, and a little of its own noise."""
+    coarse = rough(rows // 8 + 2, cols // 8 + 2, seed, relief).astype("f8")
+    y, x = np.indices((rows, cols)) / 8
+    return (bilinear_heights(coarse, x, y) + rough(rows, cols, seed, 0.01 * relief)).astype("f4")
 
 
 def cliff(n=131):
@@ -142,6 +150,19 @@ def random_camera(rng, heightmap):
     target = rng.uniform([0, 0, low], [east, north, high + 0.1 * reach])
     up = tuple(rng.normal(size=3)) if rng.random() < 0.5 else None
     return Camera(tuple(eye), tuple(target), float(10 ** rng.uniform(0, 2.15)), up)
+
+
+def standing(rng, heightmap):
+    """A camera above the ground, looking about level, half of them rolled."""
+    (east, north), step = heightmap.extent_m, max(heightmap.spacing_m)
+    col, row = rng.integers(2, heightmap.cols - 2), rng.integers(2, heightmap.rows - 2)
+    around = heightmap.heights[row - 2 : row + 3, col - 2 : col + 3]
+    ground = np.nanmax(around) if np.isfinite(around).any() else np.nanmax(heightmap.heights)
+    z = ground + step * 10 ** rng.uniform(-0.5, 1)
+    x, y = (col + rng.uniform(-0.4, 0.4)) * heightmap.spacing_m[0], (heightmap.rows - 1 - row) * heightmap.spacing_m[1]
+    target = rng.uniform(0, east), rng.uniform(0, north), z + rng.normal() * 0.2 * step * heightmap.cols
+    up = tuple(rng.normal(size=3)) if rng.random() < 0.5 else None
+    return Camera((x, y, float(z)), target, float(rng.uniform(10, 120)), up)
 
 
 def random_map(rng, rows=None, cols=None):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from maps import random_camera, random_map, rough
+from maps import random_camera, random_map, ridges, rough, standing
 from ring_scenes import change_shaders
 
 import terrain_gl as tg
@@ -17,13 +17,6 @@ SIZE = (96, 64)
 SPACING_M = 10.0
 
 
-def ridges(rows, cols, seed, relief=500.0):
-    """Mountains with smooth slopes: rough land of eight posts, bilinear in between, and a little of its own noise."""
-    coarse = rough(rows // 8 + 2, cols // 8 + 2, seed, relief).astype("f8")
-    y, x = np.indices((rows, cols)) / 8
-    return (reference.bilinear_heights(coarse, x, y) + rough(rows, cols, seed, 0.01 * relief)).astype("f4")
-
-
 def waves(n=129, noise=6.0):
     """Ridges from west to east, 320 m apart and 300 m high; valleys at y = 160 m, 480 m, ..."""
     y = SPACING_M * np.arange(n)[::-1, None]
@@ -33,19 +26,6 @@ def waves(n=129, noise=6.0):
 def in_a_valley(heights):
     """An eye 20 m above the southern valley of `waves`; it looks north."""
     return tg.Camera((640.0, 170.0, float(heights[109:115, 62:67].max()) + 20), (640.0, 640.0, 180.0), 70.0)
-
-
-def standing(rng, heightmap):
-    """A camera above the ground, looking about level, half of them rolled."""
-    (east, north), step = heightmap.extent_m, max(heightmap.spacing_m)
-    col, row = rng.integers(2, heightmap.cols - 2), rng.integers(2, heightmap.rows - 2)
-    around = heightmap.heights[row - 2 : row + 3, col - 2 : col + 3]
-    ground = np.nanmax(around) if np.isfinite(around).any() else np.nanmax(heightmap.heights)
-    z = ground + step * 10 ** rng.uniform(-0.5, 1)
-    x, y = (col + rng.uniform(-0.4, 0.4)) * heightmap.spacing_m[0], (heightmap.rows - 1 - row) * heightmap.spacing_m[1]
-    target = rng.uniform(0, east), rng.uniform(0, north), z + rng.normal() * 0.2 * step * heightmap.cols
-    up = tuple(rng.normal(size=3)) if rng.random() < 0.5 else None
-    return tg.Camera((x, y, float(z)), target, float(rng.uniform(10, 120)), up)
 
 
 def both(renderer, camera, max_error_px=1.0, **options):
