@@ -16,7 +16,7 @@ EXAMPLES = sorted(FOLDER.glob("[01]*.py"))
 def test_there_is_one_for_each_stage():
     stages = [path.stem for path in EXAMPLES]
     line = ["01_heightmap", "02_sat", "03_error", "04_lod", "05_mesh", "06_picture", "07_light"]
-    assert stages == [*line, "08_budget", "09_clipmap", "10_tessellated", "11_the_method"]
+    assert stages == [*line, "08_budget", "09_clipmap", "10_tessellated", "11_the_method", "12_in_your_scene"]
     assert len(EXAMPLES[0].read_text().splitlines()) < 40
     assert all(f"examples/{path.name}" in (FOLDER / "README.md").read_text() for path in EXAMPLES)
 

@@ -133,6 +133,12 @@ def lens_of_projection(projection: ArrayLike, axes: np.ndarray) -> Lens:
     return Lens(low, high, _rows(axes), is_orthographic=bool(is_orthographic))
 
 
+def clip_of_depth(projection: ArrayLike, metres: float = 1.0) -> tuple[float, float, float, float]:
+    """a, b, c, d: a place at the view depth z has clip z = a z + b and clip w = c z + d; `metres` in a unit of z."""
+    p = np.asarray(projection, np.float64)
+    return float(-p[2, 2] * metres), float(p[2, 3]), float(-p[3, 2] * metres), float(p[3, 3])
+
+
 def _rows(axes: np.ndarray) -> tuple[Axis, Axis, Axis]:
     right, up, forward = ((float(x), float(y), float(z)) for x, y, z in axes)
     return right, up, forward

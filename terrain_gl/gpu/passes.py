@@ -69,6 +69,7 @@ _OFF = (  # what no pass uses
     0x8DB9,  # FRAMEBUFFER_SRGB
 )
 _DITHER = 0x0BD0
+_DRAW_BUFFER0 = 0x8825
 _COLOR_ATTACHMENT0, _FRAMEBUFFER, _INDIRECT_BUFFER, _FEEDBACK_BUFFER = 0x8CE0, 0x8D40, 0x8F3F, 0x8C8E
 _TRIANGLES, _UNSIGNED_INT, _COLOR, _DEPTH = 0x0004, 0x1405, 0x1800, 0x1801
 
@@ -116,6 +117,8 @@ class State:
         Whether shaders cut triangles by gl_ClipDistance[0].
     culls
         Whether triangles that are clockwise on screen are left out.
+    colours
+        How many of the framebuffer's colours the shader writes, the first ones; by default all.
     blends, stays_opaque
         Whether colours are mixed by their alpha; and whether the picture below then keeps its own alpha of 1.
     """
@@ -129,6 +132,7 @@ class State:
     culls: bool = False
     blends: bool = False
     stays_opaque: bool = False
+    colours: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,7 +417,7 @@ def _set(ctx: moderngl.Context, state: State) -> None:
     assert framebuffer
     call.BindFramebuffer(_FRAMEBUFFER, framebuffer.glo)
     if framebuffer.glo:
-        attached = len(framebuffer.color_attachments)
+        attached = len(framebuffer.color_attachments) if state.colours is None else state.colours
         call.DrawBuffers(attached, gl.numbers(*range(_COLOR_ATTACHMENT0, _COLOR_ATTACHMENT0 + attached)))
     call.Viewport(*(state.viewport or (0, 0, *framebuffer.size)))
     _switch(call, _SCISSOR_TEST, state.scissor is not None)
@@ -460,3 +464,19 @@ def _nowhere(ctx: moderngl.Context) -> Iterator[moderngl.Framebuffer]:
     finally:
         framebuffer.release()
         pixels.release()
+
+
+@contextmanager
+def drawn_colours_kept(framebuffer: moderngl.Framebuffer) -> Iterator[None]:
+    """Give a framebuffer of the caller back the colours that it draws to: this choice is a part of the framebuffer."""
+    call = calls(framebuffer.ctx)
+    found = [c_int() for _ in range(8)]
+    call.BindFramebuffer(_FRAMEBUFFER, framebuffer.glo)
+    for i, each in enumerate(found):
+        call.GetIntegerv(_DRAW_BUFFER0 + i, byref(each))
+    try:
+        yield
+    finally:
+        call.BindFramebuffer(_FRAMEBUFFER, framebuffer.glo)
+        if framebuffer.glo:
+            call.DrawBuffers(len(found), gl.numbers(*(each.value for each in found)))

@@ -22,15 +22,18 @@ from weakref import finalize
 
 import moderngl
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.steps import Progress, Steps, drain
 from ..camera import Camera
+from ..camera.lens import clip_of_depth
 from ..camera.pieces import Piece, cut
 from ..error import ErrorTables
 from ..files.edits import write_edits
 from ..gpu.context import backend_name, create_context
 from ..gpu.current import kept
+from ..gpu.passes import Box, State
 from ..gpu.session import Session, in_session, steps_in_session
 from ..heightmap import Heightmap
 from ..image import png_bytes, reduced
@@ -53,6 +56,7 @@ from .options import FrameOptions, OtherOptions, near_plane_m
 from .overlay import Overlay
 
 Size = tuple[int, int]
+REVERSED = {"<": False, "<=": False, ">": True, ">=": True}  # depth tests, and whether far depths are small
 Receive = Callable[[Piece, np.ndarray], None]
 
 
@@ -299,6 +303,74 @@ class Renderer:
             frame.has_picture = True
             self.inspector.frame = frame
         return frame.stats
+
+    @in_session
+    def draw_into(
+        self,
+        framebuffer: moderngl.Framebuffer,
+        view: ArrayLike,
+        projection: ArrayLike,
+        max_error_px: float | None = None,
+        *,
+        viewport: Box | None = None,
+        depth: str = "<",
+        zero_to_one: bool = False,
+        **options: Unpack[OtherOptions],
+    ) -> Stats:
+        """Draw colour and depth into a framebuffer of yours: objects that you draw before or after meet the land.
+
+        Your scene has the land's world: metres east, north and up (`Heightmap`). Colours are those of `render`, encoded
+        as sRGB. A pixel is drawn where its depth passes your test; then it writes colour and depth. Land beyond your
+        far plane is drawn at this plane. Where there is only sky, your picture stays, unless `sky` is given.
+
+        Parameters
+        ----------
+        framebuffer
+            A framebuffer of the renderer's context: make the renderer with your context, `Renderer(..., ctx=ctx)`. It
+            may have any size, several samples and several colours; the first colour is drawn.
+        view, projection
+            (4, 4) matrices for column vectors, as for `Camera.from_matrices`; the third and the last row of the
+            projection also give the depth.
+        max_error_px
+            As for `render`.
+        viewport
+            Column and row of the lower left pixel, width, height; by default the whole framebuffer. `size` becomes this
+            width and height.
+        depth
+            Your depth test: "<", "<=", ">" or ">=". The last two are for reversed depth.
+        zero_to_one
+            Whether your clip-space depth runs from 0 to 1 (glClipControl), not from -1 to 1.
+        options
+            The other fields of `FrameOptions`. By default, curvature is off and `sky` is "none".
+
+        Returns
+        -------
+        Stats
+            The numbers of the frame, with its certificate.
+
+        Raises
+        ------
+        UsageError
+            A framebuffer of another context or without depth, matrices of no camera, or an option outside its range.
+        """
+        if framebuffer.ctx is not self.ctx:
+            raise UsageError("draw_into: the framebuffer is of another context: Renderer(..., ctx=framebuffer.ctx)")
+        if framebuffer.glo and framebuffer.depth_attachment is None:
+            raise UsageError("draw_into: the framebuffer has no depth: give it a depth_attachment")
+        if depth not in REVERSED:
+            raise UsageError(f"draw_into: expected a depth test of {', '.join(REVERSED)}, got {depth!r}")
+        camera = Camera.from_matrices(view, projection)
+        box = viewport or (0, 0, *framebuffer.size)
+        if self.size != box[2:]:
+            self.resize(box[2:])
+        has_sky = options.get("sky", "none") != "none"
+        chosen: OtherOptions = {"curvature": "off", "sky": "none", **options}  # type: ignore[typeddict-item]
+        stats = self.draw(camera, max_error_px, **chosen)
+        state = State(framebuffer, box, depth=depth, blends=True, stays_opaque=True, colours=1)
+        clip = clip_of_depth(projection, self.terrain.heightmap.exaggeration)
+        where = {"corner": box[:2], "clip": clip, "zero_to_one": zero_to_one, "has_sky": has_sky}
+        self.picture.draw_into(state, {**where, "far": 0.0 if REVERSED[depth] else 1.0})
+        return cast(Stats, stats)
 
     @in_session
     def choose(

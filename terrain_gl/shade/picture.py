@@ -17,7 +17,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
-from ..gpu.passes import Box, Resource, Resources, State, clear
+from ..gpu.passes import Box, Resource, Resources, State, clear, drawn_colours_kept
 from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
@@ -283,15 +283,34 @@ class Picture:
 
     def facts(self) -> list[np.ndarray]:
         """What the last picture shows: two arrays (height, width, 4) float32, the parts of glsl/shade/facts.frag."""
+        return [self._read_back("shade/facts.frag", "ANY", self._facts_wanted(part), 4, "f4") for part in (0, 1)]
+
+    def _facts_wanted(self, part: int) -> Wanted:
+        """The settings of glsl/shade/facts.frag for the last picture."""
         look, edge = self._shaded
         is_wet = look.style == "shaded" and look.water_m is not None
         level_m = look.water_m - self.terrain.base_m if is_wet and look.water_m is not None else -1e30
-        parts = []
-        for part in (0, 1):
-            wanted = self._wanted(look, edge)
-            wanted.uniforms.update(part=part, level_m=level_m)
-            parts.append(self._read_back("shade/facts.frag", "ANY", wanted, 4, "f4"))
-        return parts
+        wanted = self._wanted(look, edge)
+        wanted.uniforms.update(part=part, level_m=level_m)
+        return wanted
+
+    def draw_into(self, state: State, uniforms: dict[str, Any]) -> None:
+        """Draw the finished picture with its depth: glsl/shade/into.frag; `uniforms` are about the caller's clip space.
+
+        The framebuffer's choice of colours to draw to stays as it was.
+        """
+        facts = self.ctx.texture(self.size, 4, dtype="f4")
+        target = self.ctx.framebuffer([facts])
+        try:
+            self._fill(target, "shade/facts.frag", "ANY", self._facts_wanted(0))
+            wanted = Wanted(self.lighting.defines, uniforms)
+            read: Resources = {"u_picture": self._picture, "u_facts": facts}
+            assert state.framebuffer
+            with drawn_colours_kept(state.framebuffer):
+                self.programs.draw("shade/into.frag", "ANY", wanted, state, read)
+        finally:
+            target.release()
+            facts.release()
 
     @property
     def target(self) -> moderngl.Framebuffer:
