@@ -1,8 +1,8 @@
 """Example 12: land in your scene
 ================================
 
-A program with a scene of its own draws a mast with moderngl, and asks the renderer for the land around it. Depth decides
-which hides which, pixel by pixel. The certificate of the land comes back.
+A program with a scene of its own draws a mast with moderngl, and asks the renderer for the land around it. Depth
+decides which hides which, pixel by pixel. The certificate of the land comes back.
 
 The program owns the context. After each call of the renderer, the context has the state that it had before.
 

@@ -364,7 +364,7 @@ class Renderer:
         if self.size != box[2:]:
             self.resize(box[2:])
         has_sky = options.get("sky", "none") != "none"
-        chosen: OtherOptions = {"curvature": "off", "sky": "none", **options}  # type: ignore[typeddict-item]
+        chosen: OtherOptions = {"curvature": "off", "sky": "none", **options}
         stats = self.draw(camera, max_error_px, **chosen)
         state = State(framebuffer, box, depth=depth, blends=True, stays_opaque=True, colours=1)
         clip = clip_of_depth(projection, self.terrain.heightmap.exaggeration)
