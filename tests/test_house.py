@@ -191,12 +191,13 @@ def test_types_and_shaders_are_installed_with_the_code(tmp_path):
 
 
 def read_for(path):
-    """A shader and all files that it includes, with their numbers of lines."""
+    """A shader and all files that it includes for a map in memory, with their numbers of lines."""
     found, waiting = {}, [path]
     while waiting:
         text = (SHADERS / waiting[-1]).read_text(encoding="utf-8")
         found[waiting.pop()] = text.count("\n")
         waiting += [each for each in re.findall(r'#include\s+"([^"]+)"', text) if each not in found]
+        waiting = [each for each in waiting if not each.startswith("pages/")]
     return found
 
 

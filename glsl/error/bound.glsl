@@ -50,7 +50,7 @@ bool none_above(Table counts, ivec4 tiles, int c) {
     return true;
 }
 
-#ifndef PAGED  // else pages/bound.glsl has these
+#ifndef PAGED
 // Whether the error of every cell of spacing 2^step_log2 in a rectangle of posts is at most error_m.
 bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
@@ -83,4 +83,6 @@ float squares_m2(ivec2 low, ivec2 end, int step_log2) {
     float sum = word_float(square_sum(table, 0, tiles.xy, tiles.zw)) * exp2(-35.0) * u_span_m * u_span_m;
     return step_log2 < 0 ? sum * exp2(4.0 * float(step_log2)) : sum;
 }
+#else
+#include "pages/bound.glsl"
 #endif

@@ -21,7 +21,7 @@
 
 vec3 unpacked(uint word) { return vec3(word & 1023u, word >> 10 & 1023u, word >> 20 & 1023u) / 1023.0; }
 
-#ifndef PAGED  // else pages/visible.glsl has these
+#ifndef PAGED
 #include "light/tables.glsl"
 
 const bool HAS_SUMS = true;
@@ -82,4 +82,6 @@ float sun_over(vec2 post, vec2 extent, vec2 lean) {
     vec2 together = vec2(mean[1], mean[2]) - mean[0] * vec2(mean[3], mean[4]);
     return clamp(mean[0] - STEEPEST * dot(lean, together), 0.0, 1.0);
 }
+#else
+#include "pages/visible.glsl"
 #endif

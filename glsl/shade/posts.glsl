@@ -19,7 +19,7 @@ layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
 #define HEIGHT_SUM(i) height_sum[i]
 #endif
 
-#ifndef PAGED  // else pages/posts.glsl has these
+#ifndef PAGED
 struct Part { int level; };
 
 ivec2 last_of(int level) { return u_last_post; }
@@ -48,4 +48,6 @@ mat4 heights_from(int level, ivec2 first) {
     }
     return h;
 }
+#else
+#include "pages/posts.glsl"
 #endif

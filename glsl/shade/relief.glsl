@@ -168,8 +168,10 @@ Relief rough_relief_on(int level, vec2 post, vec2 extent) {
     return Relief(mean_m(all_, a, c) + dot(slope, vec2(aside.x, -aside.y) * u_spacing_m), slope);
 }
 
-#ifndef PAGED  // else pages/relief.glsl has these
+#ifndef PAGED
 Relief relief_of(vec2 post, vec2 extent) { return relief_on(0, post, extent); }
 
 Relief rough_relief(vec2 post, vec2 extent) { return rough_relief_on(0, post, extent); }
+#else
+#include "pages/relief.glsl"
 #endif

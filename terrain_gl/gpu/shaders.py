@@ -2,9 +2,8 @@
 
 `#include "sat/box.glsl"` takes a path from the root of `glsl/`; each file is included once. The loader writes
 `#version 430 core`, the sizes that shaders share with Python (`layout.DEFINES`) and the defines of the call; the files
-contain none of them. If only some pages of a map are on the GPU, PAGED is defined. Then a file of `pages/` follows the
-file of the same name, and defines the functions that the other file leaves out. Comments are blanked first: an include
-in a comment is not followed, and drivers see plain ASCII.
+contain none of them. Comments are blanked first: an include in a comment is not followed, and drivers see plain ASCII.
+An include between #ifdef and #endif is expanded as any other; the driver then leaves it out.
 """
 
 import re
@@ -122,9 +121,6 @@ def _expand(path: str, seen: set[str], included_from: str) -> list[Line]:
             lines.append(line)
         elif included not in seen:
             lines += _expand(included, seen, f"{path}:{line.number}")
-    for_pages = "pages/" + path.rpartition("/")[2]
-    if for_pages not in seen and root().joinpath(for_pages).is_file():
-        lines += [Line("#ifdef PAGED", path, 0), *_expand(for_pages, seen, path), Line("#endif", path, 0)]
     return lines
 
 

@@ -43,7 +43,7 @@ class EveryPost(OfPatches):
         self.view = view
         self.finer = finer
         self.defines = {"FINER": finer}  # glsl/mesh/patch.tesc: measured and captured, a cell is two triangles
-        self._pass = ComputePass(ctx, "lod/every_post.comp")
+        self._pass = ComputePass(ctx, "lod/every_post.comp", tables.terrain.defines)
         self._corners = ctx.buffer(reserve=8)
         self._found = ctx.buffer(reserve=8)
         self.patches = ctx.buffer(reserve=layout.PATCH.itemsize)
