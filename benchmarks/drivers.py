@@ -34,7 +34,7 @@ from drivers import DRIVERS, environment  # noqa: E402  the tests' own
 # Tests that compute on the GPU and compare with the CPU, most important first. Left out: the course, the window, the
 # site, files and the command line, and stores, whose pages come from the same shaders (tests/test_pages.py is here).
 STAGES = "selftest sat error bound few_cells rings_sat rings_tables rings_twins mesh between precision measure"
-OTHERS = "cutting edge every_post hidden twins generate the_method lobes layout gl context terrain shaders bindings"
+OTHERS = "cutting edge every_post hidden twins generate the_method lobes layout gl context terrain shaders passes guest"
 PICTURES = "pixels shade golden renderer looks exaggeration curvature light_truth horizon underside voids overlaid"
 REST = "exact pieces budgets pages light timing stability baselines contours project"
 FILES = [f"tests/test_{name}.py" for part in (STAGES, OTHERS, PICTURES, REST) for name in part.split()]

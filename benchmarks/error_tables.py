@@ -18,6 +18,7 @@ from terrain_gl.error import FINE_LEVELS, ErrorTables
 from terrain_gl.files.maps import open_map
 from terrain_gl.gpu import shaders
 from terrain_gl.gpu.context import create_context
+from terrain_gl.gpu.passes import ComputePass
 from terrain_gl.terrain import Terrain
 
 READING = """
@@ -38,14 +39,21 @@ void main() {
 REPEATS = 3
 
 
+class Reading(ComputePass):
+    """A pass whose text is made here."""
+
+    def __init__(self, ctx):
+        text = shaders.source("blocks/terrain.glsl") + READING
+        super(ComputePass, self).__init__(ctx, ctx.compute_shader(text), "READING", text)
+
+
 def floor_ms(ctx, terrain, kernel, level):
     """Milliseconds to read the posts of a level: in its nodes, or in the blocks of 32 × 32 posts of large nodes."""
     level = min(level, FINE_LEVELS)
     columns, rows = terrain.levels[level].size
-    kernel["u_which_level"], kernel["u_count"] = level, (columns, rows)
     highest = ctx.buffer(reserve=4 * columns * rows)
-    highest.bind_to_storage_buffer(0)
-    ms = best_ms(lambda: kernel.run(-(-columns // 8), -(-rows // 8)), ctx.finish, REPEATS)
+    read, asked = {**terrain.resources, "Highest": highest}, {"which_level": level, "count": (columns, rows)}
+    ms = best_ms(lambda: kernel.run((-(-columns // 8), -(-rows // 8), 1), read, asked), ctx.finish, REPEATS)
     highest.release()
     return ms
 
@@ -59,8 +67,7 @@ def main():
         heightmap = tg.Heightmap(np.ascontiguousarray(mirrored(land.heights, 4097)), land.spacing_m)
     ctx = create_context()
     terrain = Terrain(ctx, heightmap)
-    tables, kernel = ErrorTables(terrain), ctx.compute_shader(shaders.source("blocks/terrain.glsl", {}) + READING)
-    terrain.bind()
+    tables, kernel = ErrorTables(terrain), Reading(ctx)
     print(f"{heightmap.cols} x {heightmap.rows} posts on {ctx.info['GL_RENDERER']}")
     print(f"{'level':>5} {'errors ms':>10} {'sums ms':>8} {'floor ms':>9} {'errors/floor':>13}")
     total = np.zeros(3)

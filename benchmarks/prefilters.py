@@ -13,8 +13,7 @@ All are drawn in one frame with every post, so nothing but the shading differs.
 import moderngl
 from light_truth import render_light_truth
 
-from terrain_gl.gpu import gl, shaders
-from terrain_gl.gpu.bindings import bind
+from terrain_gl.gpu.passes import ComputePass
 from terrain_gl.light.horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
 from terrain_gl.light.lighting import Lighting
 from terrain_gl.renderer.options import FrameOptions
@@ -72,8 +71,7 @@ def shade_as(baseline, picture, mipmaps, camera, look):
     """Shade the last result of `Picture.see` with one of `BASELINES`."""
     picture.light(camera, look)
     mipmaps.follow(tuple(float(v) for v in picture.lighting.sky.sun["axis"]))
-    bind(GLSL + "frame.glsl", **mipmaps.textures)
-    picture.colour(f"{GLSL}{baseline}.frag")
+    picture.colour(f"{GLSL}{baseline}.frag", mipmaps.textures)
 
 
 class Mipmaps:
@@ -83,7 +81,7 @@ class Mipmaps:
         self.ctx = picture.ctx
         self.terrain = picture.terrain
         size = self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
-        self._record = shaders.compute(self.ctx, GLSL + "record.comp")
+        self._record = ComputePass(self.ctx, GLSL + "record.comp")
         self._sweep = Sweep(self.ctx)
         self._horizon = horizon_texture(self.terrain, 1)
         self.textures = {name: self._texture(size) for name in _TEXTURES}
@@ -92,11 +90,10 @@ class Mipmaps:
         """Build the mipmaps for a sun: a unit vector and its angular radius."""
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
         self._sweep.run(self.terrain, towards, self._horizon)
-        self.terrain.bind()
-        bind(GLSL + "record.comp", u_horizons=self._horizon, **self.textures)
-        gl.write_uniforms(self._record, **sun_uniforms(sun, radius), towards=towards)
+        read = {**self.terrain.resources, "u_horizons": self._horizon, **self.textures}
         normals = self.textures["u_normals"]
-        self._record.run(-(-normals.width // 64), normals.height)
+        groups = -(-normals.width // 64), normals.height, 1
+        self._record.run(groups, read, {**sun_uniforms(sun, radius), "towards": towards})
         self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
         for texture in self.textures.values():
             texture.build_mipmaps()

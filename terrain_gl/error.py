@@ -17,7 +17,6 @@ import numpy as np
 
 from .basics.rect import Rect
 from .gpu import gl, layout
-from .gpu.bindings import bind
 from .gpu.layout import FINE_LEVELS, Level
 from .gpu.passes import ComputePass, Resources
 from .sat import SummedAreaTables, Table
@@ -165,10 +164,6 @@ class ErrorTables:
     def resources(self) -> Resources:
         """What glsl/error/bound.glsl reads."""
         return {"Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
-
-    def bind(self) -> None:
-        """Bind the tables for shaders that read bounds."""
-        bind("error/bound.glsl", **self.resources)
 
     def release_tables(self) -> None:
         """Release the tables but not the shaders, which other tables use."""

@@ -18,32 +18,26 @@ void main() {
 """
 
 
-class _Asked(ComputePass):
+class Asked(ComputePass):
     """A compute shader whose text is made here."""
 
     def __init__(self, ctx, path, text):
         super(ComputePass, self).__init__(ctx, ctx.compute_shader(text), path, text)
 
 
-def ask(ctx, path, statements, a, b=0.0, defines=None, resources=None, uniforms=None, bind=None):
+def ask(ctx, path, statements, a, b=0.0, defines=None, resources=None, uniforms=None, offered=None):
     """Run GLSL statements for each row of `a` and `b`, (n, 4) or (4,); returns the results, (n, 4) float64.
 
     The statements end with a return, and may use all that the file at `path` provides. `resources` and `uniforms` are
-    what that file reads. Storage blocks 14 and 15 are taken.
+    what that file reads; of those `offered`, it gets those that it declares. Storage blocks 14 and 15 are taken.
     """
     a = np.atleast_2d(np.asarray(a, "f4"))
     pairs = np.stack(np.broadcast_arrays(a, np.asarray(b, "f4")), 1)
-    asked = _Asked(ctx, path, shaders.source(path, defines or {}) + _KERNEL.replace("STATEMENTS", statements))
+    asked = Asked(ctx, path, shaders.source(path, defines or {}) + _KERNEL.replace("STATEMENTS", statements))
     questions, answers = ctx.buffer(pairs.tobytes()), ctx.buffer(reserve=16 * len(pairs))
     read = {**(resources or {}), "Questions": questions, "Answers": answers}
-    if bind:  # for shaders of the rings, which are no passes yet
-        bind(asked._program)
-        for name, buffer in (("Questions", questions), ("Answers", answers)):
-            buffer.bind_to_storage_buffer({"Questions": 14, "Answers": 15}[name])
-        asked._program["u_questions"] = len(pairs)
-        asked._program.run(-(-len(pairs) // 64))
-    else:
-        asked.run((-(-len(pairs) // 64), 1, 1), read, {**(uniforms or {}), "questions": len(pairs)})
+    read |= {name: resource for name, resource in (offered or {}).items() if name in asked.declares}
+    asked.run((-(-len(pairs) // 64), 1, 1), read, {**(uniforms or {}), "questions": len(pairs)})
     ctx.memory_barrier()
     told = np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype(float)
     for resource in (asked, questions, answers):

@@ -3,6 +3,7 @@
 import moderngl
 import numpy as np
 import pytest
+from asking import Asked
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, checkerboard, cliff, holes, rough
@@ -216,16 +217,13 @@ void main() {
 
 def ask_bounds(ctx, tables, boxes):
     """Largest error in m, sum of squares in m², and whether the box is within 1.0001 and 0.8 of that error, (n, 4)."""
-    shader = ctx.compute_shader(shaders.source("error/bound.glsl") + ASK_BOUNDS)
+    shader = Asked(ctx, "error/bound.glsl", shaders.source("error/bound.glsl") + ASK_BOUNDS)
     questions = np.zeros((len(boxes), 8), "i4")
     questions[:, :5] = boxes
     asked, answers = ctx.buffer(questions.tobytes()), ctx.buffer(reserve=16 * len(boxes))
-    tables.terrain.bind()
-    tables.bind()
-    asked.bind_to_storage_buffer(4)
-    answers.bind_to_storage_buffer(5)
-    shader["u_asked"] = len(boxes)
-    shader.run(-(-len(boxes) // 64))
+    asking = {"Boxes": asked, "Answers": answers}
+    read = {**tables.terrain.resources, **tables.resources, **asking}
+    shader.run((-(-len(boxes) // 64), 1, 1), read, {"asked": len(boxes)})
     return np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype("f8")
 
 

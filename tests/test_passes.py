@@ -1,12 +1,15 @@
 """Passes: names that are unknown or missing are errors, and nothing is left from before."""
 
+import re
+from pathlib import Path
+
 import moderngl
 import numpy as np
 import pytest
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.gpu import shaders
-from terrain_gl.gpu.passes import ComputePass, DrawPass, Feed, State, clear
+from terrain_gl.gpu import calls, shaders
+from terrain_gl.gpu.passes import ComputePass, Declaration, DrawPass, Feed, State, clear, declarations
 
 SUM = """
 layout(local_size_x = 1) in;
@@ -211,3 +214,28 @@ def test_a_framebuffer_is_filled(ctx):
     assert target.read(components=4) == bytes([255, 0, 255, 0] * 4)
     assert np.allclose(np.frombuffer(target.read(components=1, dtype="f4", attachment=-1), "f4"), 0.25)
     ctx.detect_framebuffer(0).use()
+
+
+# --- What a text declares ---------------------------------------------------------------------------------------------
+
+PACKAGE = Path(calls.__file__).parents[1]
+LITERAL = re.compile(r"bind_to_(?:storage_buffer|uniform_block|image)\(\s*\d|\.use\(\s*\d")
+
+
+def test_images_say_whether_shaders_read_and_write_them():
+    place = declarations(shaders.source("horizon/sweep.comp"))["u_horizon"]
+    assert place == Declaration("image", False, True)
+    assert declarations(shaders.source("sat/query.comp"))["Boxes"] == Declaration("storage block", True, False)
+
+
+def test_a_macro_for_the_type_is_a_sampler_still():
+    assert declarations(shaders.source("shade/seen.glsl"))["u_depth"].kind == "sampler"
+
+
+def test_python_states_no_binding_number():
+    found = {
+        path.relative_to(PACKAGE).as_posix()
+        for path in PACKAGE.rglob("*.py")
+        if LITERAL.search(path.read_text(encoding="utf-8"))
+    }
+    assert found == set()

@@ -7,7 +7,7 @@ from maps import MAPS, SIZE, Scene, cameras, random_map, rough
 
 from terrain_gl import Renderer
 from terrain_gl.camera import Camera, clip_from_eye
-from terrain_gl.gpu.gl import clip_control_zero_to_one, use_default_framebuffer
+from terrain_gl.gpu.calls import calls
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import MeshDraws, captured_triangles, vertex_heights
@@ -162,7 +162,7 @@ def covered(ctx, clip, size, viewport):
     many, flat, one = ctx.framebuffer([colours], depths), ctx.framebuffer([colours]), ctx.framebuffer([seen])
     buffer = ctx.buffer(clip.astype("f4").tobytes())
     vao = ctx.vertex_array(program, [(buffer, "4f", "p")])
-    clip_control_zero_to_one(ctx)
+    calls(ctx).ClipControl(0x8CA1, 0x935F)  # lower left, 0 to 1
     ctx.enable_only(moderngl.DEPTH_TEST)
     ctx.depth_func = ">="
     pictures = []
@@ -173,7 +173,7 @@ def covered(ctx, clip, size, viewport):
         vao.render(moderngl.TRIANGLES)
         ctx.copy_framebuffer(one, flat)
         pictures.append(np.frombuffer(seen.read(), "u1").reshape(size[1], size[0], 4)[::-1, :, 0] == 255)
-    use_default_framebuffer(ctx)  # moderngl must not use a framebuffer that is released
+    ctx.detect_framebuffer(0).use()  # moderngl must not use a framebuffer that is released
     for part in (vao, buffer, program, many, flat, one, colours, seen, depths):
         part.release()
     return pictures

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from asking import Asked
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, cameras
@@ -38,7 +39,7 @@ SIZES = [(640, 360), (360, 640), (1280, 720), (4096, 16)]
 def projection(session_context):
     """Results of glsl/lod/project.glsl, (pixels, outside, inside), for boxes of posts on any grid, from any camera."""
     with session_context as ctx:
-        shader = ctx.compute_shader(shaders.source("lod/project.glsl") + ASK_PROJECTION)
+        shader = Asked(ctx, "lod/project.glsl", shaders.source("lod/project.glsl") + ASK_PROJECTION)
         view, block = ViewBlock(ctx), ctx.buffer(reserve=layout.TERRAIN.itemsize)
 
     def ask(asked, grid, camera, size, near_m):
@@ -47,12 +48,8 @@ def projection(session_context):
         block.write(terrain.tobytes())
         view.write(SimpleNamespace(heightmap=grid, base_m=0.0), camera, size, near_m)
         questions, answers = ctx.buffer(asked.tobytes()), ctx.buffer(reserve=16 * len(asked))
-        block.bind_to_uniform_block(0)
-        view.bind()
-        questions.bind_to_storage_buffer(0)
-        answers.bind_to_storage_buffer(1)
-        shader["u_asked"] = len(asked)
-        shader.run(-(-len(asked) // 64))
+        read = {"Terrain": block, **view.resources, "Asked": questions, "Answers": answers}
+        shader.run((-(-len(asked) // 64), 1, 1), read, {"asked": len(asked)})
         found = np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype("f8")
         questions.release()
         answers.release()

@@ -84,12 +84,10 @@ def test_classes_of_any_box(ctx, scene):
     error_m = 10 ** RNG.uniform(-4, 2, n)
     statement = "ivec2 low = ivec2(a.xy); return vec4(is_within_m(low, low + int(a.z), int(a.w), b.x));"
 
-    def bind(kernel):
-        scene.terrain.bind()
-        scene.tables.bind()
-
     asked = np.column_stack([low, side, step])
-    got = ask(ctx, "error/bound.glsl", statement, asked, np.column_stack([error_m] * 4), bind=bind)[:, 0]
+    got = ask(
+        ctx, "error/bound.glsl", statement, asked, np.column_stack([error_m] * 4), offered=scene.levels.of_passes
+    )[:, 0]
     on_map = ((low < last) & (low + side[:, None] > 0)).all(1)
     expected = [
         twin.is_within(levels, tuple(a), tuple(a + s), last, int(j), float(np.float32(e)))
@@ -104,7 +102,7 @@ def test_coarsest_step_is_the_references(ctx, scene):
     scene.select(cameras(scene.heightmap)["default"], 0.5)
     asked = np.column_stack([low, side_log2, side_log2])
     statement = "return vec4(coarsest_step(ivec2(a.xy), int(a.z)));"
-    got = ask(ctx, "lod/rings/leaf.glsl", statement, asked, asked, bind=lambda kernel: scene.levels._bind())[:, 0]
+    got = ask(ctx, "lod/rings/leaf.glsl", statement, asked, asked, offered=scene.levels.of_passes)[:, 0]
     top = scene.terrain.top_level
     assert got.tolist() == [
         twin.coarsest_step((int(x), int(y)), int(side), top) for (x, y), side in zip(low, side_log2, strict=True)
@@ -124,11 +122,10 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     int finest = finest_of(ivec2(a.xy), int(a.z), 0, int(a.w));
     return vec4(next_step(ivec2(a.xy), int(a.z), int(a.w), finest, p), error_within_m(p, u_tolerance_px), 0.0, 0.0);"""
 
-    def bind(kernel):
-        scene.levels._bind()
-
     asked = np.column_stack([low, side_log2, coarsest])
-    got = ask(ctx, "lod/rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), bind=bind)
+    got = ask(
+        ctx, "lod/rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), offered=scene.levels.of_passes
+    )
     twists_m = reference.twists(scene.terrain.filled - np.float32(scene.terrain.base_m))
     few = 0
     for k in range(n):
@@ -180,7 +177,7 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     blocks = watched.blocks[: sum(n for _, n in watched.rounds)]
     about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])
     asked = np.repeat(about, len(places), 0).astype("f4"), np.tile(places, (len(blocks), 1)).astype("f4")
-    steps = ask(ctx, "lod/rings/squares.glsl", LOOK, asked[1], asked[0], bind=lambda kernel: watched._bind())
+    steps = ask(ctx, "lod/rings/squares.glsl", LOOK, asked[1], asked[0], offered=watched.of_passes)
     steps = steps[:, 0].reshape(len(blocks), -1).astype(int)
     seen = set()
     for r, (first, n) in enumerate(watched.rounds):
@@ -221,19 +218,15 @@ def test_edges_are_the_references(ctx, scene, view):
 
 @settings(max_examples=20)
 @given(st.integers(0, 10**6))
-def test_cheapest_is_the_references(ctx, seed):
+def test_cheapest_is_the_references(ctx, scene, seed):
     rng = np.random.default_rng(seed)
     weights = np.sort(10 ** rng.uniform(-3, 6, (50, 7)), 1)[:, ::-1].astype("f4")
     prices, sides = (10 ** rng.uniform(-4, 4, 50)).astype("f4"), rng.integers(0, 3, 50)
     buffer = ctx.buffer(weights.tobytes())
     statement = "int k; vec2 best = cheapest(int(a.x), int(a.z), a.y, k); return vec4(best, k, 0.0);"
 
-    def bind(kernel):
-        buffer.bind_to_storage_buffer(4)
-
-    got = ask(
-        ctx, "lod/rings/prices.glsl", statement, np.column_stack([np.arange(50), prices, sides, prices]), bind=bind
-    )
+    asked, selector = np.column_stack([np.arange(50), prices, sides, prices]), scene.levels.of_passes
+    got = ask(ctx, "lod/rings/prices.glsl", statement, asked, offered={**selector, "Weights": buffer})
     for row, weight, side, price in zip(got, weights, sides, prices, strict=True):
         cost, segments_log2 = twin.cheapest(weight.astype("f8"), int(side), float(price))
         assert row[0] == pytest.approx(cost, rel=1e-5)

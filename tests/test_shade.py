@@ -11,7 +11,6 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
 from terrain_gl.gpu.context import create_context
-from terrain_gl.gpu.gl import use_default_framebuffer
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import HeightSums
 from terrain_gl.lod import Goal, RingsSelector
@@ -356,7 +355,7 @@ def test_show_copies_the_picture(ctx, scene):
         assert np.abs(shown[..., :3].mean((0, 1)) - picture[..., :3].mean((0, 1))).max() < 2
         if size == (80, 46):
             assert np.array_equal(shown, picture)
-        use_default_framebuffer(ctx)
+        ctx.detect_framebuffer(0).use()
         target.release()
 
 
@@ -382,7 +381,7 @@ def test_a_small_picture_is_enlarged_by_cubic_convolution(ctx, scene):
     target = ctx.simple_framebuffer((240, 138))
     s.picture.show(target)
     shown = np.frombuffer(target.read(components=3, alignment=1), "u1").reshape(138, 240, 3)[::-1].astype(float)
-    use_default_framebuffer(ctx)
+    ctx.detect_framebuffer(0).use()
     target.release()
 
     def off(kernel):

@@ -7,7 +7,7 @@ from test_layout import member, members, read_back, writes
 
 from terrain_gl import reference
 from terrain_gl.comparison import clipmap, tessellated
-from terrain_gl.gpu import bindings, layout, shaders
+from terrain_gl.gpu import layout, shaders
 from terrain_gl.light.gaussians import LIGHTS, LOBE
 from terrain_gl.light.horizon import sun_uniforms
 
@@ -103,7 +103,7 @@ def test_block_round_trip(ctx, name):
 
     def bind(shader):
         assert shader[name].size in (dtype.itemsize, dtype.itemsize - 8, dtype.itemsize - 12)
-        bindings.bind(path, **{name: block})
+        block.bind_to_uniform_block(shader[name].binding)
 
     got = read_back(ctx, text + writes(list(words.values())), len(words), bind)
     assert got.tolist() == sent[list(words)].tolist()

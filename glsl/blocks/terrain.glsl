@@ -110,7 +110,6 @@ float class_of_octave(float octave) {
 
 // log2 of a tile's side in nodes. Level 0 has more nodes than all other levels together, and larger tiles.
 int tile_log2(int level) { return level == 0 ? COUNT_TILE_LOG2 + 1 : COUNT_TILE_LOG2; }
-
 #ifdef PAGED
 #include "pages/terrain.glsl"
 #endif

@@ -14,7 +14,7 @@ layout(local_size_x = SCANNERS) in;
 struct DrawArrays {
     uint count, instances, first, base_instance, unused;  // moderngl reads one command every 20 bytes
 };
-layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
+layout(std430, binding = 6) writeonly buffer Draws { DrawArrays draws[]; };
 
 uniform int u_most_draws;
 

@@ -7,7 +7,6 @@ import moderngl
 import numpy as np
 
 from ..gpu import gl, layout
-from ..gpu.bindings import bind
 from ..gpu.passes import Resources
 from ..terrain import Terrain
 from .camera import Camera, clip_from_eye, depth_span_m
@@ -120,10 +119,6 @@ class ViewBlock:
     def resources(self) -> Resources:
         """What shaders read of the view: glsl/blocks/view.glsl."""
         return {"View": self.block}
-
-    def bind(self) -> None:
-        """Bind the view for all shaders."""
-        bind("blocks/view.glsl", **self.resources)
 
     def release(self) -> None:
         """Release GPU resources."""

@@ -12,10 +12,7 @@ from typing import Any
 import moderngl
 
 from ..basics.exceptions import TerrainError
-from .calls import calls
 
-_LOWER_LEFT = 0x8CA1
-_ZERO_TO_ONE = 0x935F
 _QUERY_RESULT = 0x8866
 _SAMPLES_PASSED = 0x8914
 _PRIMITIVES_GENERATED = 0x8C87
@@ -61,33 +58,6 @@ def wants_few_groups(ctx: moderngl.Context) -> bool:
     return is_software(ctx) and os.environ.get(CODE_FOR) != "gpu"
 
 
-def has(program: Any, name: str) -> bool:
-    """Whether a program has a uniform or a block of that name. The program's names are listed only once."""
-    return name in _written(program)
-
-
-def write_uniforms(program: Any, **values: Any) -> None:
-    """Set the uniforms `u_<name>` of a program; names that it does not have are ignored.
-
-    A value that was written last time is not written again: only this function may set these uniforms.
-    """
-    written = _written(program)
-    if written.get("last") == values:  # most programs get the same values in each frame; no uniform is called "last"
-        return
-    for name, value in values.items():
-        name = f"u_{name}"
-        if name in written and (written[name] is None or written[name] != value):
-            program[name] = written[name] = value
-    written["last"] = values
-
-
-def _written(program: Any) -> dict[str, Any]:
-    """The names of a program's uniforms and blocks, each with its last value, and all values of the last call."""
-    if program.extra is None:
-        program.extra = dict.fromkeys(program)
-    return program.extra
-
-
 def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> moderngl.Texture:
     """A texture of one value per texel, read without interpolation. Outside it, its rim is repeated.
 
@@ -99,19 +69,6 @@ def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> m
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     texture.repeat_x = texture.repeat_y = False
     return texture
-
-
-def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
-    """Make clip-space depth run from 0 to 1, as reversed depth needs; False if the driver cannot."""
-    call = calls(ctx)
-    if call.has_clip_control:
-        call.ClipControl(_LOWER_LEFT, _ZERO_TO_ONE)
-    return call.has_clip_control
-
-
-def use_default_framebuffer(ctx: moderngl.Context) -> None:
-    """Bind framebuffer 0. Otherwise moderngl later binds the last framebuffer again: an error if it was released."""
-    ctx.detect_framebuffer(0).use()
 
 
 def release_with_pixels(framebuffer: moderngl.Framebuffer) -> None:

@@ -42,29 +42,13 @@ class Line(NamedTuple):
 
 
 def source(path: str, defines: Defines = NO_DEFINES) -> str:
-    """Text of the shader `path`: version, defines, expanded includes. Macros of `define` are not in it."""
+    """Text of the shader `path`: version, defines, expanded includes."""
     return _text(_load(path, defines))
-
-
-def define(ctx: moderngl.Context, **defines: object) -> None:
-    """Macros for all shaders that are compiled in a context from now on."""
-    extra: dict[str, Any] = ctx.extra if isinstance(ctx.extra, dict) else {}
-    ctx.extra = extra | {"defines": {**_of(ctx), **defines}}
-
-
-def undefine(ctx: moderngl.Context, *names: str) -> None:
-    """Remove macros that `define` has set."""
-    if isinstance(ctx.extra, dict):
-        ctx.extra["defines"] = {name: value for name, value in _of(ctx).items() if name not in names}
-
-
-def _of(ctx: moderngl.Context) -> Defines:
-    return ctx.extra.get("defines", NO_DEFINES) if isinstance(ctx.extra, dict) else NO_DEFINES
 
 
 def compute(ctx: moderngl.Context, path: str, defines: Defines = NO_DEFINES) -> moderngl.ComputeShader:
     """Compile the compute shader `path`; raises `ShaderError` with file and line."""
-    lines = _load(path, {**_of(ctx), **defines})
+    lines = _load(path, defines)
     try:
         return ctx.compute_shader(_text(lines))
     except moderngl.Error as error:
@@ -93,7 +77,7 @@ def program(
         "geometry_shader": geometry,
         "fragment_shader": fragment,
     }
-    stages = {stage: _load(path, {**_of(ctx), **defines}) for stage, path in paths.items() if path}
+    stages = {stage: _load(path, defines) for stage, path in paths.items() if path}
     texts: dict[str, Any] = {stage: _text(lines) for stage, lines in stages.items()}
     try:
         return ctx.program(**texts, varyings=tuple(varyings))

@@ -84,11 +84,6 @@ class OfPatches:
         """Everything that the stages read."""
         return {**self.terrain.resources, **self.view.resources}
 
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
-        self.terrain.bind()
-        self.view.bind()
-
     def update(self, posts: Rect) -> None:
         """Follow an edit. There is nothing to do, because every selection reads the error tables again."""
 

@@ -29,7 +29,6 @@ from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout
-from ..gpu.bindings import bind
 from ..gpu.passes import ComputePass, Resources
 from . import budget
 from .hiding import FARTHEST, NO_HIDING, hiding, horizon_texture, ridge_before, slopes_of
@@ -291,14 +290,6 @@ class RingsSelector(OfPatches):
             "Rings": self._rings,
             "Weights": self._weights,
         }
-
-    def _bind(self) -> None:
-        self.bind()
-        self.tables.bind()
-        buffers = self._buffers
-        bind("lod/rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
-        bind("lod/rings/rings.glsl", Lists=buffers["lists"])
-        bind("lod/rings/shapes.glsl", Summary=buffers["summary"])
 
     def _kernel(self, name: str) -> ComputePass:
         """The pass `name`, compiled at its first use. Passes that read errors have one for each metric."""

@@ -13,8 +13,7 @@ import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError
-from ..gpu import gl, layout, shaders
-from ..gpu.bindings import bind
+from ..gpu import gl, layout
 from ..gpu.passes import Resources
 from ..terrain import block_of, quantisation_range
 from .map import Boxes, PagedMap, PageKey, above
@@ -41,7 +40,6 @@ class PagePool:
         self.slots, self.across = self._room()  # `across`: slots in a row of the textures
         side = heightmap.tile + 1
         self.defines = {"PAGED": 1, "PAGE_LOG2": heightmap.tile.bit_length() - 1, "SLOTS_ACROSS": self.across}
-        shaders.define(ctx, **self.defines)
         self.heights = gl.texel_texture(ctx, (self.across * side, self.across * side), "f4")
         self.height_sums = gl.reserve(ctx, 4 * side**2 * self.slots, "a table of heights")
         self.is_marked = heightmap.is_marked
@@ -254,14 +252,8 @@ class PagePool:
         """What shaders read of the map: glsl/blocks/terrain.glsl and glsl/pages/terrain.glsl."""
         return {"Terrain": self.block, "u_heights": self.heights, "u_marks": self.marks, "u_pages": self.table}
 
-    def bind(self) -> None:
-        """Bind the map for all shaders."""
-        bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
-        bind("pages/terrain.glsl", u_pages=self.table)
-
     def release(self) -> None:
         """Release GPU resources."""
-        shaders.undefine(self.ctx, "PAGED", "PAGE_LOG2", "SLOTS_ACROSS")
         for resource in (self.heights, self.height_sums, self.marks, self.table, self.block):
             resource.release()
 

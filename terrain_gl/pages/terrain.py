@@ -9,7 +9,6 @@ import numpy as np
 
 from ..basics.rect import Rect
 from ..gpu import gl, layout
-from ..gpu.bindings import bind
 from ..gpu.passes import Resources
 from ..terrain import quantisation_range
 from .edited_map import EditedMap
@@ -140,10 +139,6 @@ class PagedTables:
     def resources(self) -> Resources:
         """What shaders read of the tables."""
         return {"Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
-
-    def bind(self) -> None:
-        """Bind the tables for shaders that read bounds."""
-        bind("error/bound.glsl", **self.resources)
 
     def put(self, key: PageKey, sums: Sums) -> None:
         """Put a page into a free slot. The page above it must be loaded. Shaders see it after `PagedTerrain.send`."""

@@ -17,7 +17,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
-from ..gpu.passes import Box, Resource, Resources, State, clear, drawn_colours_kept
+from ..gpu.passes import NOTHING_MORE, Box, Resource, Resources, State, clear, drawn_colours_kept
 from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
@@ -255,9 +255,9 @@ class Picture:
         self.lighting.follow(look.sun, look.sky, look.material, look.cover)
         self.lighting.describe(self._haze_m(camera, look.haze), look.water_m)
 
-    def colour(self, fragment: str, **uniforms: Any) -> None:
-        """Colour every pixel of the picture by a fragment shader."""
-        self._fill(self._screen, fragment, "ANY", Wanted(self.lighting.defines, uniforms))
+    def colour(self, fragment: str, resources: Resources = NOTHING_MORE, **uniforms: Any) -> None:
+        """Colour every pixel of the picture by a fragment shader; `resources` are those that it reads beside ours."""
+        self._fill(self._screen, fragment, "ANY", Wanted(self.lighting.defines, uniforms), resources)
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
@@ -415,10 +415,19 @@ class Picture:
         texture.release()
         return noted
 
-    def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str, wanted: Wanted) -> None:
+    def _fill(
+        self,
+        target: moderngl.Framebuffer,
+        fragment: str,
+        kind: str,
+        wanted: Wanted,
+        resources: Resources = NOTHING_MORE,
+    ) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`."""
         uniforms = wanted.uniforms | (self.lighting.uniforms if self.lighting.is_there else {})
-        self.programs.draw(fragment, kind, wanted._replace(uniforms=uniforms), State(target), self._resources)
+        self.programs.draw(
+            fragment, kind, wanted._replace(uniforms=uniforms), State(target), {**self._resources, **resources}
+        )
 
     def _wanted(self, look: Look, edge: int) -> Wanted:
         """The settings that all programs which colour a look share."""

@@ -14,7 +14,6 @@ import numpy as np
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.rect import Area, Rect
 from ..gpu import gl, layout
-from ..gpu.bindings import bind
 from ..gpu.packing import STEPS
 from ..gpu.passes import Resources
 from ..heightmap import MAX_HEIGHT_M, Heightmap
@@ -224,10 +223,6 @@ class Terrain:
     def resources(self) -> Resources:
         """What shaders read of the map: glsl/blocks/terrain.glsl."""
         return {"Terrain": self.block, "u_heights": self.heights, "u_marks": self.marks}
-
-    def bind(self) -> None:
-        """Bind the map for all shaders."""
-        bind("blocks/terrain.glsl", **self.resources)
 
     def boxes(self, low: np.ndarray, high: np.ndarray, heights_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes over parts of the map: smallest and largest corners, (n, 3) metres.

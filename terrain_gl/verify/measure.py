@@ -182,7 +182,6 @@ class Measurement:
 
     def release(self) -> None:
         """Release GPU resources."""
-        gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
         gl.release_with_pixels(self._nowhere)
         self._draws.release()
         self._errors.release()

@@ -201,7 +201,6 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     def _fit_target(self) -> None:
         size = self.viewer.window.size
         if min(size) > 0 and self._target.size != size:
-            gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
             gl.release_with_pixels(self._target)
             self._target = self.viewer.target = self.ctx.framebuffer([self.ctx.renderbuffer(size, 4)])
 
@@ -213,7 +212,6 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         if self._timer:
             self._timer.cancel()
         with self.ctx:
-            gl.use_default_framebuffer(self.ctx)
             gl.release_with_pixels(self._target)
             self.app.close()
         self.ctx.release()

@@ -2,12 +2,11 @@
 //   always gives the same list. The records of hidden leaves come after all patches: measurements and explanations read
 //   them, but nothing draws them. One thread handles one block.
 
-#define WITHOUT_LISTS
 #include "lod/rings/shapes.glsl"
 
 layout(local_size_x = BLOCK_GROUP) in;
 
-layout(std430, binding = 5) writeonly buffer Patches { ivec4 patches[]; };  // mesh/shape.glsl
+layout(std430, binding = 6) writeonly buffer Patches { ivec4 patches[]; };  // mesh/shape.glsl
 
 uniform int u_most_patches;
 

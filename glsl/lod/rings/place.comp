@@ -1,6 +1,5 @@
 // lod/rings/place.comp — where each block's patches go in the list, and the draw commands: lod/place.glsl.
 
-#define WITHOUT_LISTS
 #include "lod/rings/shapes.glsl"
 #include "lod/place.glsl"
 

@@ -90,7 +90,6 @@ int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // the a
 bool is_far(int side) { return side == EAST || side == SOUTH; }         // the side has the square's larger coordinate
 
 ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
-
 // The post where a ring ends.
 ivec2 ring_end(Ring ring) { return ring.origin + ring.blocks * (BLOCK_SIDE << ring.level); }
 
@@ -105,20 +104,16 @@ struct Leaf {
 Leaf leaf_at(Block b, int id, uint word) {
     return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + side_units_log2(word), id);
 }
-
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
 // --- Lists of leaves without gaps, so that all threads of a group have work ---
 //   A leaf's number is that of the unit at its north-west corner. One list holds every leaf once. Each round of
-//   lod/rings/agree.comp has a list of its own, its queue. Shaders WITHOUT_LISTS have another block at this place.
-
+//   lod/rings/agree.comp has a list of its own, its queue.
 #define LEAF_GROUP 64  // leaves that one work group handles
 
 // Four parts of UNITS * u_most_blocks words: all leaves; the queue of even rounds; that of odd rounds; a stamp for each
 // leaf: the last round for which it was queued. All stamps of earlier views are lower than u_first_stamp.
-#ifndef WITHOUT_LISTS
 layout(std430, binding = 5) buffer Lists { uint list[]; };
-#endif
 
 int list_at(int which) { return which * UNITS * u_most_blocks; }
 
