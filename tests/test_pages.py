@@ -149,7 +149,8 @@ def check_bounds(maps, rounds, views, metrics, **options):
                     most_px = found.max_px if metric == "max" else found.rms_px
                     assert most_px <= selection.certified_px
                     assert found.uncovered == 0
-                    check_sides_agree(*other.inspector.frame.triangles)
+                    with other.session:
+                        check_sides_agree(*other.inspector.frame.triangles)
                     choose(one, camera, max_error_px=error_px, metric=metric, **options)
                     assert found.posts == achieved(one).posts
 
@@ -204,7 +205,8 @@ def test_the_style_error_is_grey_where_the_true_heights_have_no_room(hills):
     with Renderer(whole, SIZE) as one, Renderer(stored, SIZE) as other:
         assert other.draw(camera, 3.0, style="promise")["complete"]
         right, found = (renderer.render(camera, 3.0, style="error") for renderer in (one, other))
-        places = one.picture.places()[0]
+        with one.session:
+            places = one.picture.places()[0]
     assert not found.stats["complete"] and "no room" in found.stats["tiles_missing"][0]["reason"]
     assert found.stats["certified_max_error_px"] <= 3.0
     is_land = places[..., 0] >= 0

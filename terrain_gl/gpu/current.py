@@ -19,6 +19,8 @@ from weakref import WeakKeyDictionary
 
 import moderngl
 
+from ..basics.exceptions import TerrainError
+
 _RESIDENT = getattr(os, "RTLD_NOLOAD", 0)  # only libraries that the process has loaded already
 _DRAW, _READ = 0x3059, 0x305A
 _UNSIGNED_BYTE = 0x1401
@@ -157,6 +159,19 @@ def remember(ctx: moderngl.Context) -> None:
     now = current()
     if now:
         _known[ctx] = now
+
+
+def check_current(ctx: moderngl.Context) -> None:
+    """Refuse to go on where a context is known and not current: OpenGL would do nothing, or draw in another one.
+
+    Raises
+    ------
+    TerrainError
+        Another context, or none, is current in this thread.
+    """
+    handle = _known.get(ctx)
+    if handle and not handle.is_current():
+        raise TerrainError("the renderer's OpenGL context is not current here: put this into `with renderer.session:`")
 
 
 def handle_of(ctx: moderngl.Context) -> Current | None:

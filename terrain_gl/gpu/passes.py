@@ -30,6 +30,7 @@ import moderngl
 from ..basics.exceptions import TerrainError
 from . import gl, shaders
 from .calls import calls
+from .current import check_current
 from .shaders import NO_DEFINES, Defines, ShaderError
 
 Resource: TypeAlias = "moderngl.Buffer | moderngl.Texture | moderngl.TextureArray | gl.WordTexture"
@@ -200,6 +201,7 @@ class _Pass:
         ShaderError
             A name is unknown or missing, or two different resources have the same place.
         """
+        check_current(self.ctx)
         _check(self._where, "resources", resources, self._binders.keys(), self.declares)
         _check(self._where, "uniforms", uniforms, self._uniforms, self.declares_uniforms)
         for one, other in self._shared:

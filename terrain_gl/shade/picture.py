@@ -17,6 +17,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
+from ..gpu.current import check_current
 from ..gpu.passes import NOTHING_MORE, Box, Resource, Resources, State, clear, drawn_colours_kept
 from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
@@ -261,6 +262,7 @@ class Picture:
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
+        check_current(self.ctx)
         return from_top(self._picture.read(alignment=1), "u1", self.size, 4)
 
     def exact(self) -> np.ndarray:

@@ -1,0 +1,370 @@
+"""A good guest: in contexts, threads and processes of others, pictures are right and everything is as it was."""
+
+import ctypes
+import multiprocessing
+import os
+import subprocess
+import sys
+import threading
+
+import moderngl
+import numpy as np
+import pytest
+from maps import rough
+
+import terrain_gl as tg
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.gpu import gl, state
+from terrain_gl.gpu.context import create_context
+from terrain_gl.gpu.current import current, kept
+from terrain_gl.store.build import build
+from terrain_gl.store.opened import StoredMap
+
+SIZE = (160, 90)
+
+
+@pytest.fixture(scope="module")
+def land():
+    return tg.Heightmap(rough(97, 129, relief=40.0), 10.0, "land")
+
+
+@pytest.fixture(scope="module")
+def stored(land, tmp_path_factory):
+    path = tmp_path_factory.mktemp("guest") / "s"
+    build(land.heights, path, tile=16, shard=64, spacing_m=10.0)
+    return StoredMap(path)
+
+
+@pytest.fixture(scope="module")
+def camera(land):
+    return tg.Camera.default(land)
+
+
+class Dirt:
+    """State that a program may leave on, each kind by itself, with objects that live until the end of the test."""
+
+    def __init__(self, ctx):
+        self.ctx = ctx
+        self.sampler = ctx.sampler(filter=(moderngl.LINEAR, moderngl.LINEAR))
+        self.texture = ctx.texture((4, 4), 4, os.urandom(64))
+        self.shares = ctx.texture((4, 4), 1, dtype="u4")
+        self.buffer = ctx.buffer(os.urandom(1 << 12))
+        self.framebuffer = ctx.framebuffer([ctx.texture((8, 8), 4)], ctx.depth_renderbuffer((8, 8)))
+        self.program = ctx.program(
+            "#version 430\nvoid main() { gl_Position = vec4(0.0); }",
+            "#version 430\nout vec4 o; void main() { o = vec4(1.0); }",
+        )
+        self.array = ctx.vertex_array(self.program, [])
+
+    def call(self, name, *arguments):
+        """Call an OpenGL function with whole numbers and floats."""
+        types = [ctypes.c_float if isinstance(each, float) else ctypes.c_uint for each in arguments]
+        gl.function(self.ctx, name, None, *types)(*arguments)
+
+    def bind_everything(self):
+        for i in range(8):
+            self.buffer.bind_to_storage_buffer(i)
+            self.buffer.bind_to_uniform_block(i)
+            self.shares.bind_to_image(i)
+        for i in range(16):
+            self.texture.use(i)
+            self.sampler.use(i)
+        for target in (0x8892, 0x8F3F, 0x90EE, 0x8F36, 0x8F37, 0x8A11, 0x90D2, 0x8C8E):
+            self.call("glBindBuffer", target, self.buffer.glo)
+        self.call("glBindBufferBase", 0x8C8E, 0, self.buffer.glo)
+        self.call("glUseProgram", self.program.glo)
+        self.call("glBindVertexArray", self.array.glo)
+
+    def move_pixels(self):
+        for first in (0x0CF0, 0x0D00):
+            for i, value in enumerate((1, 1, 7, 2, 3, 8)):
+                self.call("glPixelStorei", first + i, value)
+        for name in (0x806B, 0x806C, 0x806D, 0x806E):
+            self.call("glPixelStorei", name, 5)
+        self.call("glBindBuffer", 0x88EB, self.buffer.glo)
+        self.call("glBindBuffer", 0x88EC, self.buffer.glo)
+
+
+def enable(number):
+    return lambda dirt: dirt.call("glEnable", number)
+
+
+DIRT = {
+    **{name: enable(number) for name, number in state.SWITCHES.items() if name != "MULTISAMPLE"},
+    "no multisampling": lambda dirt: dirt.call("glDisable", state.SWITCHES["MULTISAMPLE"]),
+    "no dither": lambda dirt: dirt.call("glDisable", state.SWITCHES["DITHER"]),
+    "wireframe": lambda dirt: setattr(dirt.ctx, "wireframe", True),
+    "clockwise fronts": lambda dirt: setattr(dirt.ctx, "front_face", "cw"),
+    "culled fronts": lambda dirt: (setattr(dirt.ctx, "cull_face", "front"), dirt.ctx.enable(moderngl.CULL_FACE)),
+    "polygon offset": lambda dirt: setattr(dirt.ctx, "polygon_offset", (3.0, 1000.0)),
+    "scissor": lambda dirt: (dirt.call("glEnable", 0x0C11), dirt.call("glScissor", 1, 2, 3, 4)),
+    "one viewport": lambda dirt: dirt.call("glViewportIndexedf", 3, 1.0, 2.0, 3.0, 4.0),
+    "viewport": lambda dirt: dirt.call("glViewport", 5, 6, 7, 8),
+    "depth mask": lambda dirt: dirt.call("glDepthMask", 0),
+    "colour mask": lambda dirt: dirt.call("glColorMask", 0, 1, 0, 0),
+    "one colour mask": lambda dirt: dirt.call("glColorMaski", 1, 0, 0, 0, 0),
+    "depth function": lambda dirt: setattr(dirt.ctx, "depth_func", "<"),
+    "depth range": lambda dirt: dirt.call("glDepthRangef", 0.75, 0.25),
+    "blending": lambda dirt: (
+        dirt.ctx.enable(moderngl.BLEND),
+        setattr(dirt.ctx, "blend_func", (moderngl.ZERO, moderngl.ONE)),
+        setattr(dirt.ctx, "blend_equation", moderngl.MAX),
+    ),
+    "clip control": lambda dirt: dirt.call("glClipControl", 0x8CA2, 0x935E),
+    "provoking vertex": lambda dirt: setattr(dirt.ctx, "provoking_vertex", moderngl.FIRST_VERTEX_CONVENTION),
+    "patch vertices": lambda dirt: setattr(dirt.ctx, "patch_vertices", 4),
+    "logic op": lambda dirt: (dirt.call("glEnable", 0x0BF2), dirt.call("glLogicOp", 0x150A)),
+    "stencil": lambda dirt: (dirt.call("glEnable", 0x0B90), dirt.call("glStencilFunc", 0x0200, 0, 255)),
+    "sample mask": lambda dirt: (dirt.call("glEnable", 0x8E51), dirt.call("glSampleMaski", 0, 0)),
+    "framebuffer": lambda dirt: dirt.framebuffer.use(),
+    "everything bound": Dirt.bind_everything,
+    "pixel store": Dirt.move_pixels,
+}
+
+
+@pytest.fixture(params=["map", "store"])
+def shared(request, ctx, land, stored, camera):
+    """A context of the caller, a renderer in it, and its picture; the other kind of map has drawn there before."""
+    maps = {"map": land, "store": stored}
+    first = maps.pop(request.param)
+    with tg.Renderer(next(iter(maps.values())), SIZE, ctx=ctx) as other:
+        other.render(camera, 1.0)
+        with tg.Renderer(first, SIZE, ctx=ctx) as renderer:
+            yield renderer
+
+
+def seen(renderer, camera):
+    """Bytes of a picture, of its mesh, and what is achieved, after another picture."""
+    away = tg.Camera(tuple(np.add(camera.eye, (50, 40, 30))), camera.target)
+    renderer.render(away, 3.0, style="lambert")
+    frame = renderer.render(camera, 1.0, style="shaded", wires=True, water_m=5.0)
+    return frame.image.tobytes(), renderer.triangles().tobytes(), renderer.measure()["max_error_px"]
+
+
+@pytest.fixture
+def cleaned(ctx):
+    """All state as it was, after the test has changed it."""
+    before = state.state_of(ctx)
+    found = before.found()
+    yield
+    before.give_back(found)
+    ctx.detect_framebuffer(0).use()
+    for setting in ("wireframe", False), ("front_face", "ccw"), ("cull_face", "back"), ("polygon_offset", (0.0, 0.0)):
+        setattr(ctx, *setting)
+    ctx.depth_func, ctx.provoking_vertex = "<", moderngl.LAST_VERTEX_CONVENTION
+    ctx.enable_only(moderngl.NOTHING)
+
+
+def test_every_state_may_be_dirty_and_is_the_same_afterwards(shared, ctx, camera, cleaned):
+    expected = seen(shared, camera)
+    dirt, saved = Dirt(ctx), state.state_of(ctx)
+    clean = saved.found()
+    for name, make in DIRT.items():
+        make(dirt)
+        assert ctx.error == "GL_NO_ERROR", name
+        before = saved.found()
+        assert seen(shared, camera) == expected, name
+        assert saved.found() == before, name
+        assert ctx.error == "GL_NO_ERROR", name
+        saved.give_back(clean)
+        ctx.detect_framebuffer(0).use()
+        ctx.wireframe, ctx.front_face, ctx.cull_face, ctx.polygon_offset = False, "ccw", "back", (0.0, 0.0)
+
+
+def test_all_states_may_be_dirty_at_once(shared, ctx, camera, cleaned):
+    expected = seen(shared, camera)
+    dirt = Dirt(ctx)
+    for make in DIRT.values():
+        make(dirt)
+    before = state.state_of(ctx).found()
+    assert seen(shared, camera) == expected
+    assert state.state_of(ctx).found() == before and ctx.error == "GL_NO_ERROR"
+
+
+def test_moderngl_still_knows_the_framebuffer_of_the_program(shared, ctx, camera, cleaned):
+    """It binds that one again whenever it has cleared or read another."""
+    dirt, other = Dirt(ctx), ctx.simple_framebuffer((4, 4))
+    dirt.framebuffer.use()
+    shared.render(camera, 1.0)
+    other.clear()
+    bound = dict((name, at) for name, (*at,) in state.state_of(ctx).found() if name == "BindFramebuffer")
+    assert bound["BindFramebuffer"][-1] == dirt.framebuffer.glo
+
+
+def test_state_is_given_back_after_an_exception(shared, ctx, camera, cleaned):
+    Dirt(ctx).bind_everything()
+    before = state.state_of(ctx).found()
+
+    def fail(*_):
+        raise RuntimeError("in the middle")
+
+    with pytest.raises(RuntimeError, match="in the middle"):
+        for _ in shared.draw_steps(camera, 1.0, size=SIZE, receive=fail):
+            pass
+    assert state.state_of(ctx).found() == before
+
+
+# --- Contexts ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_context_of_a_program_stays_current(ctx, land, camera):
+    """While a renderer is made, draws, fails and is released, and between the steps of its work."""
+    mine = current()
+    assert mine
+    renderer = tg.Renderer(land, SIZE)
+    assert current() == mine
+    renderer.render(camera, 1.0)
+    steps = renderer.render_steps(camera, 1.0)
+    next(steps)
+    assert current() == mine
+    del steps
+    with pytest.raises(tg.TerrainError):
+        renderer.render(camera, -1.0)
+    assert current() == mine
+    renderer.release()
+    assert current() == mine
+    with pytest.raises(TerrainError, match="has been released"):
+        renderer.render(camera)
+    assert current() == mine
+
+
+def test_renderers_draw_in_turns(land, stored, camera):
+    with tg.Renderer(land, SIZE) as one, tg.Renderer(stored, SIZE) as other:
+        expected = [each.render(camera, 1.0, style="normals").image for each in (one, other)]
+        drawing = [each.render_steps(camera, 1.0, style="normals") for each in (one, other)]
+        found = {}
+        while len(found) < 2:
+            for i, steps in enumerate(drawing):
+                try:
+                    next(steps)
+                except StopIteration as end:
+                    found.setdefault(i, end.value and end.value.image)
+    assert all(np.array_equal(*pair) for pair in zip((found[0], found[1]), expected, strict=True))
+
+
+def test_what_is_on_the_gpu_says_where_it_may_be_read(land, camera):
+    with tg.Renderer(land, SIZE) as renderer:
+        image = renderer.render(camera, 1.0).image
+        with pytest.raises(TerrainError, match="put this into `with renderer.session:`"):
+            renderer.picture.read()
+        with renderer.session:
+            assert np.array_equal(renderer.picture.read(), image)
+
+
+# --- Threads and processes --------------------------------------------------------------------------------------------
+
+
+def in_thread(work):
+    found = []
+    thread = threading.Thread(target=lambda: found.append(work()), name="worker")
+    thread.start()
+    thread.join(60)
+    assert found, "the thread hangs"
+    return found[0]
+
+
+def test_any_thread_may_draw(land, camera):
+    with tg.Renderer(land, SIZE) as renderer:
+        expected = renderer.render(camera, 1.0).image
+        others = [in_thread(lambda: renderer.render(camera, 1.0).image) for _ in range(3)]
+        both = [threading.Thread(target=lambda: others.append(renderer.render(camera, 1.0).image)) for _ in range(4)]
+        for thread in both:
+            thread.start()
+        for thread in both:
+            thread.join(60)
+    assert len(others) == 7 and all(np.array_equal(each, expected) for each in others)
+
+
+def test_a_context_that_another_thread_holds_is_an_error_that_names_the_thread(ctx, land, camera):
+    with tg.Renderer(land, SIZE, ctx=ctx) as renderer:
+        expected = renderer.render(camera, 1.0).image
+
+        def told():
+            with pytest.raises(TerrainError, match="no OpenGL context in thread worker"):
+                renderer.render(camera, 1.0)
+            return True
+
+        assert in_thread(told)
+        assert np.array_equal(renderer.render(camera, 1.0).image, expected)
+
+
+FORKED = """
+import os, sys
+import numpy as np
+import terrain_gl as tg
+land = tg.Heightmap(np.outer(*[np.hanning(65)] * 2).astype("f4") * 50, 10.0)
+renderer = tg.Renderer(land, (64, 48))
+renderer.render(tg.Camera.default(land), 2.0)
+child = os.fork()
+if not child:
+    for use in (lambda: renderer.render(tg.Camera.default(land)), renderer.release, lambda: tg.Renderer(land)):
+        try:
+            use()
+        except tg.TerrainError as error:
+            print(error, flush=True)
+    os._exit(0)
+os.waitpid(child, 0)
+print(renderer.render(tg.Camera.default(land), 2.0).image.mean() > 0)
+"""
+
+
+def test_after_a_fork_one_line_says_what_to_do():
+    done = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=120, check=True)
+    *child, parent = done.stdout.splitlines()
+    assert len(child) == 3 and all("fork" in line and "spawn" in line for line in child)
+    assert parent == "True"
+
+
+def drawn_elsewhere(heights):
+    heightmap = tg.Heightmap(heights, 10.0)
+    with tg.Renderer(heightmap, SIZE) as renderer:
+        return renderer.render(tg.Camera.default(heightmap), 1.0).image
+
+
+def test_spawned_processes_draw(land, camera):
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        found = pool.apply(drawn_elsewhere, (land.heights,))
+    assert np.array_equal(found, drawn_elsewhere(land.heights))
+
+
+# --- Dropped without release ------------------------------------------------------------------------------------------
+
+DROPPED = """
+import gc, os
+import numpy as np
+import terrain_gl as tg
+from terrain_gl.gpu.context import create_context
+
+def resident():
+    with open("/proc/self/statm") as f:
+        return int(f.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") >> 20
+
+land = tg.Heightmap(np.outer(*[np.hanning(129)] * 2).astype("f4") * 50, 10.0)
+camera, shared, sizes = tg.Camera.default(land), {shared}, []
+for i in range(31):
+    renderer = tg.Renderer(land, (320, 240), ctx=shared)
+    renderer.render(camera, 2.0, style="normals")
+    del renderer
+    gc.collect()
+    sizes.append(resident())
+print(sizes[10], sizes[30])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("shared", ["None", "create_context()"])
+def test_a_dropped_renderer_gives_its_memory_back(shared):
+    code = DROPPED.replace("{shared}", shared)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
+    early, late = map(int, done.stdout.split())
+    assert late - early < 40, "MiB of 20 renderers"  # 28 MiB each without
+
+
+def test_a_new_context_is_current_and_may_be_put_aside():
+    before = current()
+    with kept():
+        ctx = create_context()
+        assert current() and current() != before
+    assert current() == before
+    ctx.release()
+    assert current() == before or before is None
