@@ -365,3 +365,16 @@ def test_solid_posts_among_voids_are_within_the_certificate(ctx):
         for asked_px in (0.5, 2.0, 5.0):
             check_bound(scene, cameras(heightmap)[view], asked_px, "max", f"{view} at {asked_px}")
     scene.release()
+
+
+def test_an_infinite_error_between_holes_leaves_the_mean_a_number(ctx):
+    """A post alone among voids has no area. With two triangles, it is drawn above the eye that looks down at it."""
+    heights = np.full((33, 33), np.nan, "f4")
+    heights[[0, -1]] = heights[:, [0, -1]] = 1000.0
+    heights[16, 16] = 0.0
+    with tg.Renderer(Heightmap(heights, 10.0), (64, 36), ctx=ctx) as renderer:
+        camera = tg.Camera((160.0, 160.0, 50.0), (160.0, 160.0, 0.0), 60.0, (0.0, 1.0, 0.0))
+        renderer.draw(camera, triangles=2, metric="max", style=UNLIT)
+        stats = renderer.measure()
+    assert stats["max_error_px"] == stats["certified_max_error_px"] == np.inf
+    assert stats["posts_measured"] == 1 and stats["rms_error_px"] == 0
