@@ -78,7 +78,7 @@ def test_a_removed_method_is_refused_in_one_line(capsys):
 def test_every_method_is_a_line_of_the_registry(monkeypatch):
     """Another method takes one line; without that line it is unknown."""
     mine = Method(CERTIFIED, "renderer.methods:every_post", "mine")
-    with tg.Renderer(tg.Heightmap(rough(33, 40), 10.0), (32, 24)) as renderer:
+    with tg.Renderer(tg.Heightmap(rough(33, 40), 10.0), (32, 24)) as renderer, renderer.ctx:
         with pytest.raises(KeyError):
             renderer.selectors["mine"]
         monkeypatch.setitem(REGISTRY, "mine", mine)
