@@ -14,7 +14,7 @@ from maps import rough
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.gpu import gl, state
+from terrain_gl.gpu import gl, passes, state
 from terrain_gl.gpu.context import create_context
 from terrain_gl.gpu.current import current, kept
 from terrain_gl.store.build import build
@@ -37,7 +37,7 @@ def stored(land, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def camera(land):
-    return tg.Camera.default(land)
+    return tg.Camera((640.0, 150.0, 120.0), (640.0, 600.0, 0.0))  # over the land: its underside is left out
 
 
 class Dirt:
@@ -134,11 +134,12 @@ def shared(request, ctx, land, stored, camera):
 
 
 def seen(renderer, camera):
-    """Bytes of a picture, of its mesh, and what is achieved, after another picture."""
+    """Bytes of a picture, of its mesh, and what is achieved; another picture is drawn last, and must not come back."""
     away = tg.Camera(tuple(np.add(camera.eye, (50, 40, 30))), camera.target)
+    frame = renderer.render(camera, 0.4, style="shaded", wires=True, water_m=5.0)
+    found = frame.image.tobytes(), renderer.triangles().tobytes(), renderer.measure()["max_error_px"]
     renderer.render(away, 3.0, style="lambert")
-    frame = renderer.render(camera, 1.0, style="shaded", wires=True, water_m=5.0)
-    return frame.image.tobytes(), renderer.triangles().tobytes(), renderer.measure()["max_error_px"]
+    return found
 
 
 @pytest.fixture
@@ -169,6 +170,60 @@ def test_every_state_may_be_dirty_and_is_the_same_afterwards(shared, ctx, camera
         saved.give_back(clean)
         ctx.detect_framebuffer(0).use()
         ctx.wireframe, ctx.front_face, ctx.cull_face, ctx.polygon_offset = False, "ccw", "back", (0.0, 0.0)
+
+
+NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture without them
+    "BlendEquation": "blending",
+    "ClipControl": "clip control",
+    "ColorMask": "colour mask",
+    "CullFace": "culled fronts",
+    "DepthMask": "depth mask",
+    "DepthRangef": "depth range",
+    "FrontFace": "clockwise fronts",
+    "PatchParameteri": "patch vertices",
+    "PolygonMode": "wireframe",
+    "ProvokingVertex": "provoking vertex",
+    "Scissor": "scissor",
+    "Viewport": "viewport",
+    0x0BE2: "blending",
+    **{state.SWITCHES[name]: name for name in ("CULL_FACE", "RASTERIZER_DISCARD", "SAMPLE_ALPHA_TO_COVERAGE")},
+    state.SWITCHES["CLIP_DISTANCE4"]: "CLIP_DISTANCE4",
+    state.SWITCHES["COLOR_LOGIC_OP"]: "logic op",
+    state.SWITCHES["POLYGON_OFFSET_FILL"]: "polygon offset",
+    state.SWITCHES["MULTISAMPLE"]: "no multisampling",
+    state.SWITCHES["SAMPLE_MASK"]: "sample mask",
+}
+
+
+class Lacking:
+    """The functions of a context, without one of them, or without one switch."""
+
+    def __init__(self, whole, lacks):
+        self._whole, self._lacks = whole, lacks
+
+    def __getattr__(self, name):
+        def call(*arguments):
+            switched = arguments[0] if name in ("Enable", "Disable") else None
+            if self._lacks not in (name, switched):
+                getattr(self._whole, name)(*arguments)
+
+        return self._whole.has_clip_control if name == "has_clip_control" else call
+
+
+@pytest.mark.parametrize("lacks", NEEDED)
+def test_without_a_state_that_passes_set_dirt_spoils_the_picture(ctx, land, camera, cleaned, monkeypatch, lacks):
+    with tg.Renderer(land, SIZE, ctx=ctx) as renderer:
+        expected = seen(renderer, camera)
+        set_all, whole = passes._set, passes.calls
+
+        def set_most(ctx, asked):
+            with monkeypatch.context() as patch:
+                patch.setattr(passes, "calls", lambda ctx: Lacking(whole(ctx), lacks))
+                set_all(ctx, asked)
+
+        monkeypatch.setattr(passes, "_set", set_most)
+        DIRT[NEEDED[lacks]](Dirt(ctx))
+        assert seen(renderer, camera) != expected
 
 
 def test_all_states_may_be_dirty_at_once(shared, ctx, camera, cleaned):

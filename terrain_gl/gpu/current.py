@@ -26,18 +26,19 @@ _DRAW, _READ = 0x3059, 0x305A
 _UNSIGNED_BYTE = 0x1401
 
 
-@cache
-def _library(name: str) -> Any:
-    return ctypes.CDLL(name, mode=_RESIDENT)
+@cache  # a library that is not there is looked for again
+def _function(library: str, name: str) -> Any:
+    function = getattr(ctypes.CDLL(library, mode=_RESIDENT), name)
+    function.restype = c_void_p
+    return function
 
 
 def _call(library: str, name: str, *arguments: Any) -> int:
     """Call a function of handles; 0 if the process has not loaded the library."""
     try:
-        function = getattr(_library(library), name)
+        function = _function(library, name)
     except (OSError, AttributeError):
         return 0
-    function.restype = c_void_p
     return function(*[c_void_p(each) if isinstance(each, int) else each for each in arguments]) or 0
 
 
@@ -49,6 +50,7 @@ class Current:
     others: tuple[int, ...] = ()
 
     library: ClassVar[str]
+    asks: ClassVar[str]  # the function that returns the current context
 
     @classmethod
     def now(cls) -> Current | None:
@@ -57,8 +59,7 @@ class Current:
 
     def is_current(self) -> bool:
         """Whether it is the current context of this thread."""
-        now = self.now()
-        return now is not None and now.context == self.context
+        return _call(self.library, self.asks) == self.context
 
     def restore(self) -> None:
         """Make it current again."""
@@ -71,10 +72,11 @@ class Current:
 
 class _Egl(Current):
     library = "libEGL.so.1"
+    asks = "eglGetCurrentContext"
 
     @classmethod
     def now(cls) -> Current | None:
-        context = _call(cls.library, "eglGetCurrentContext")
+        context = _call(cls.library, cls.asks)
         if not context:
             return None
         draw, read = (_call(cls.library, "eglGetCurrentSurface", which) for which in (_DRAW, _READ))
@@ -90,10 +92,11 @@ class _Egl(Current):
 
 class _Glx(Current):
     library = "libGL.so.1"
+    asks = "glXGetCurrentContext"
 
     @classmethod
     def now(cls) -> Current | None:
-        context = _call(cls.library, "glXGetCurrentContext")
+        context = _call(cls.library, cls.asks)
         if not context:
             return None
         names = ("glXGetCurrentDisplay", "glXGetCurrentDrawable", "glXGetCurrentReadDrawable")
@@ -109,10 +112,11 @@ class _Glx(Current):
 
 class _OSMesa(Current):
     library = "libOSMesa.so.8"
+    asks = "OSMesaGetCurrentContext"
 
     @classmethod
     def now(cls) -> Current | None:
-        context = _call(cls.library, "OSMesaGetCurrentContext")
+        context = _call(cls.library, cls.asks)
         if not context:
             return None
         width, height, form, pixels = c_int(), c_int(), c_int(), c_void_p()
@@ -131,10 +135,11 @@ class _OSMesa(Current):
 
 class _Wgl(Current):
     library = "opengl32"
+    asks = "wglGetCurrentContext"
 
     @classmethod
     def now(cls) -> Current | None:
-        context = _call(cls.library, "wglGetCurrentContext")
+        context = _call(cls.library, cls.asks)
         return cls(context, (_call(cls.library, "wglGetCurrentDC"),)) if context else None
 
     def restore(self) -> None:

@@ -44,8 +44,7 @@ COMMAND_STRIDE = 20  # bytes between indirect commands, as in moderngl's render_
 # layout(r32f, binding = 0) uniform writeonly image2D u_out;
 # uniform vec2 u_size;
 _DECLARATION = re.compile(
-    r"(?:layout\s*\([^)]*\)\s*)?\b"
-    r"(?P<before>(?:\w+\s+)*?)(?P<storage>uniform|buffer)\s+(?P<after>(?:\w+\s+)*?)(?P<names>\w+(?:\s*,\s*\w+)*)\s*(?P<end>[{;[])"
+    r"\b(?P<storage>uniform|buffer)\s+(?P<after>(?:\w+\s+)*?)(?P<names>\w+(?:\s*,\s*\w+)*)\s*(?P<end>[{;[])"
 )
 _OPAQUE = ("image", "sampler", "PER_SAMPLE")  # words in types of resources; the last is a macro of glsl/shade/seen.glsl
 
@@ -91,7 +90,8 @@ def declarations(text: str) -> dict[str, Declaration]:
 
 
 def _declaration(match: re.Match[str]) -> Declaration:
-    words = (match["before"] + match["after"]).split()
+    before = match.string[: match.start()].rpartition("\n")[2].rpartition(";")[2]
+    words = (before.rpartition(")")[2] + " " + match["after"]).split()
     types = [word for opaque in _OPAQUE for word in words if opaque in word]
     kind = "uniform" if not types else "image" if "image" in types[0] else "sampler"
     if match["end"] == "{":
