@@ -22,7 +22,8 @@ def renderer():
 @pytest.mark.parametrize("style", ["shaded", "lambert", "normals", "depth", "lod", "wireframe", "error", "ambient"])
 def test_alpha_is_the_share_of_land(renderer, style):
     image = renderer.render(CAMERA, style=style, sky="none", surroundings="none").image
-    land = 1 - renderer.picture.sky_share()
+    with renderer.session:
+        land = 1 - renderer.picture.sky_share()
     assert ((land > 0) & (land < 1)).any() and (land == 0).any()
     bar = np.zeros(land.shape, bool)
     bar[-8:, :30] = style == "error"  # the bar of the colours hides the sky

@@ -70,7 +70,10 @@ def test_furniture_is_at_the_corners_and_in_any_rows_the_same():
         changed[rows, cols] for rows in (slice(0, 90), slice(270, 360)) for cols in (slice(0, 160), slice(480, 640))
     ]
     assert all(part.any() for part in quarters) and not changed[120:240, 200:440].any()
-    assert (whole[..., 3] == 128).all(), "opacity stays"
+    assert (whole[..., 3] >= 128).all() and (whole[~changed][:, 3] == 128).all(), "it is seen over a clear sky, too"
+    opaque = np.full_like(whole, 255)
+    stamp(opaque, 0, stamps)
+    assert (opaque[..., 3] == 255).all(), "opacity stays"
     parts = np.full_like(whole, 128)
     for first in range(0, 360, 50):
         stamp(parts[first : first + 50], first, stamps)

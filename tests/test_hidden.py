@@ -348,9 +348,10 @@ def test_a_box_is_hidden_exactly_where_the_reference_says(ctx, valley):
     renderer.draw(camera, 0.1)
     frame = renderer.inspector.frame
     selector, heightmap = frame.selection.surface, renderer.heightmap
-    patches = selector.chosen(frame.selection)
     uniforms = selector._hiding.uniforms
-    horizon = hiding.slopes_of(selector._horizon)[:, : uniforms["shells"]].astype("f8")
+    with renderer.session:
+        patches = selector.chosen(frame.selection)
+        horizon = hiding.slopes_of(selector._horizon)[:, : uniforms["shells"]].astype("f8")
     first, end = uniforms["sectors"]
     ahead = camera.axes[2][:2] / np.linalg.norm(camera.axes[2][:2])
     agree = 0

@@ -28,7 +28,7 @@ def heightmap():
 
 
 def read_tables(renderer):
-    return [getattr(renderer.tables, name).read() for name in ("nodes", "ranges", "gains", "counters", "squares")]
+    return [getattr(renderer.tables, name).read() for name in ("nodes", "ranges", "counters", "squares")]
 
 
 def test_drawn_height_is_the_truth_at_full_resolution(heightmap):

@@ -277,12 +277,14 @@ def test_most_triangles_come_from_tessellated_patches(alpine):
 
 
 def test_budgets_are_spent_and_never_exceeded(alpine):
-    camera, errors, measurement = bundled()["alpine-30m"].camera, [], Measurement(alpine.terrain)
-    for budget in (2000, 20_000, 200_000):
-        frame = alpine.select(camera, alpine.size, options(triangles=budget))
-        assert 0.95 * budget <= frame.selection.triangles <= budget
-        errors.append(measurement.achieved(frame.selection, camera, alpine.size, frame.near_m).rms_px)
-    measurement.release()
+    camera, errors = bundled()["alpine-30m"].camera, []
+    with alpine.session:
+        measurement = Measurement(alpine.terrain)
+        for budget in (2000, 20_000, 200_000):
+            frame = alpine.select(camera, alpine.size, options(triangles=budget))
+            assert 0.95 * budget <= frame.selection.triangles <= budget
+            errors.append(measurement.achieved(frame.selection, camera, alpine.size, frame.near_m).rms_px)
+        measurement.release()
     assert errors[0] > errors[1] > errors[2]
     for budget in (10, 300):
         few = alpine.choose(camera, method="sat", triangles=budget)["triangles"]
@@ -306,5 +308,6 @@ def test_an_edit_gives_the_mesh_of_a_fresh_renderer(ctx):
                 renderer.choose(camera, 1.0, method="sat")
                 renderer.edit(slice(30, 40), slice(20, 50), then[30:40, 20:50])
             selection = renderer.select(camera, SIZE, options(max_error_px=1.0)).selection
-            meshes.append(selection.surface.patches.read(16 * selection.patches))
+            with renderer.session:
+                meshes.append(selection.surface.patches.read(16 * selection.patches))
     assert meshes[0] == meshes[1]
