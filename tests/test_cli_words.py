@@ -153,7 +153,7 @@ def test_only_files_are_read(dem, kind):
     told = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(told) == len(words), done.stderr
     for status, out, err in told:
-        refused((status, out, err), 1, kind, "is not a file")
+        refused((status, out, err), 1, kind, "is not a file" if "is a folder" not in err else "name a heightmap file")
 
 
 def test_a_path_of_gigabytes_is_not_read(dem):
