@@ -254,7 +254,7 @@ def test_a_flight_looks_ahead_once_its_own_tiles_are_there(hills):
     """Until then, frames take half the time to choose; what was wanted ahead stays wanted, and is read once."""
     whole, path = hills
     (width, depth), high = whole.extent_m, whole.range_m[1]
-    with flying(StoredMap(path)) as renderer:
+    with flying(StoredMap(path)) as renderer, renderer.session:
         streaming, selector = renderer.streaming, renderer.selectors["sat"]
         meshes, select, was_complete = [], selector.select, False
         selector.select = lambda *args: meshes.append(args) or select(*args)
