@@ -48,7 +48,7 @@ def main():
             started = time.process_time()
             renderer.choose(camera)
             whole = min(whole, 1e3 * (time.process_time() - started))
-            with Clock(renderer.selectors["sat"]) as clock:
+            with renderer.session, Clock(renderer.selectors["sat"]) as clock:
                 renderer.choose(camera)
             for name, times in clock.ms.items():
                 least[name] = min(least[name], sum(times))
