@@ -157,7 +157,7 @@ def check_bounds(maps, rounds, views, metrics, **options):
 
 def test_on_a_round_earth_stores_are_drawn_and_certified_as_whole_maps(hills, alone, monkeypatch):
     """A planet of 3 km: the map is 500 m wide, so land at its other side is drawn 50 m lower."""
-    monkeypatch.setattr("terrain_gl.camera.curvature.WGS84", (3000.0, 0.0))
+    monkeypatch.setattr("terrain_gl.sight.WGS84", (3000.0, 0.0))
     round_ = {"curvature": "on"}
     check_equal(hills, 2, METRICS, **round_)
     check_bounds(hills, 1, 3, METRICS, **round_)
@@ -532,4 +532,4 @@ def test_what_cannot_read_stores_says_so(store, run):
     refused(run("shot", store, "-o", "p.png", "--spacing", "3"), 2, "has its own scales")
     refused(run("shot", store, "-o", "p.png", "--gpu-memory", "1", "--memory", "1", "--method", "full"), 2, "sat")
     Path(store, "zarr.json").write_text("{}")
-    refused(run("info", store), 1, "not a finished store")
+    refused(run("info", store), 1, "is damaged, or of no store", "--mend")

@@ -137,8 +137,11 @@ def test_no_pixels_are_refused(size, fine):
 def test_reduced_is_a_mean_of_light():
     black_and_white = np.zeros((2, 4, 4), np.uint8)
     black_and_white[:, ::2] = 255
+    clear = reduced(black_and_white, 2)
+    assert (clear[..., :3] == 255).all() and (clear[..., 3] == 128).all()  # what is clear has no colour
+    black_and_white[..., 3] = 255
     assert (reduced(black_and_white, 2)[..., :3] == 188).all()  # half the light of white, in sRGB
-    assert (reduced(black_and_white, 2)[..., 3] == 128).all()
+    assert (reduced(black_and_white, 2)[..., 3] == 255).all()
     assert reduced(black_and_white, 1) is black_and_white
     with pytest.raises(ValueError, match="multiples of 3"):
         reduced(black_and_white, 3)

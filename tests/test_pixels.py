@@ -78,7 +78,7 @@ def test_pixels_with_edges_get_more_samples(renderer, monkeypatch):
     mixed = kinds == KINDS["MIXED"]
     assert 0 < mixed.mean() < 0.5
     renderer.picture._picture.write(b"\xff\x00\xff\xff" * (SIZE[0] * SIZE[1]))
-    monkeypatch.setattr(renderer.picture, "_run_listed", lambda *style, **uniforms: None)
+    monkeypatch.setattr(renderer.picture.programs, "run_listed", lambda *listed: None)
     without = shaded(renderer, camera)
     assert np.array_equal((without == [255, 0, 255]).all(-1), mixed)
     assert np.array_equal(without[~mixed], whole[~mixed])

@@ -12,7 +12,9 @@ import numpy as np
 from ..basics.steps import Steps
 from ..error import ErrorTables
 from ..gpu.context import create_context
+from ..gpu.current import kept
 from ..gpu.selftest import check_driver
+from ..gpu.session import Session
 from ..heightmap import Heightmap
 from ..readers.raster import Spacing
 from ..terrain import Terrain
@@ -33,8 +35,8 @@ def record_steps(
 ) -> Steps[list[Records]]:
     """Records of levels 1 to `levels` for all nodes over these posts; yields progress from 0 to 1.
 
-    Nodes that extend into the apron are cut off there: ignore their records. Between two steps, this thread must not
-    make another OpenGL context current.
+    Nodes that extend into the apron are cut off there: ignore their records. Each step has an OpenGL context of this
+    thread; between two steps, the context that was current before is so again.
 
     Parameters
     ----------
@@ -45,7 +47,18 @@ def record_steps(
     void
         (rows, cols) bool, the posts that are voids; None if there are no voids.
     """
-    blank = _blank_tables()
+    session, blank = _blank_tables()
+    return (yield from session.run(_record_steps(blank, heights, spacing_m, range_m, levels, void)))
+
+
+def _record_steps(
+    blank: ErrorTables,
+    heights: np.ndarray,
+    spacing_m: Spacing,
+    range_m: tuple[float, float],
+    levels: int,
+    void: np.ndarray | None,
+) -> Steps[list[Records]]:
     part = Heightmap(heights, spacing_m, "a part of the map")
     part.quantised_m = range_m
     if void is not None and void.any():
@@ -67,9 +80,9 @@ def record_steps(
 
 def release_context() -> None:
     """Release this thread's context, if it has made one."""
-    if hasattr(_of_thread, "tables"):
-        _of_thread.tables.ctx.release()
-        del _of_thread.tables
+    if hasattr(_of_thread, "session"):
+        _of_thread.session.release()
+        del _of_thread.session, _of_thread.tables
 
 
 def _records(tables: ErrorTables, level: int) -> Records:
@@ -77,12 +90,14 @@ def _records(tables: ErrorTables, level: int) -> Records:
     return Records(words, np.moveaxis(tables.read_ranges(level)["heights"], -1, 0))
 
 
-def _blank_tables() -> ErrorTables:
+def _blank_tables() -> tuple[Session, ErrorTables]:
     """Empty tables in an OpenGL context of this thread. The tables of all parts use the shaders of these tables."""
-    if not hasattr(_of_thread, "tables"):
-        ctx = create_context("auto")
-        check_driver(ctx)
-        _of_thread.tables = ErrorTables(Terrain(ctx, Heightmap(np.zeros((3, 3), np.float32))), build=False)
-    tables: ErrorTables = _of_thread.tables
-    tables.ctx.__enter__()  # type: ignore[no-untyped-call]
-    return tables
+    if not hasattr(_of_thread, "session"):
+        with kept():  # a new context is current at once
+            session = Session(create_context("auto"), owned=True)
+        with session:
+            check_driver(session.ctx)
+            flat = Heightmap(np.zeros((3, 3), np.float32))
+            _of_thread.tables = ErrorTables(Terrain(session.ctx, flat), build=False)
+        _of_thread.session = session
+    return _of_thread.session, _of_thread.tables

@@ -35,8 +35,15 @@ def places_of(heights, spacing):
     return np.stack([x, y, truth], -1)
 
 
+def weights(n):
+    """The weight of each place along n posts: of a cell's six places, those on its rim count 3, those between 4."""
+    weight = np.where(np.arange((n - 1) * PLACES + 1) % PLACES, 4.0, 6.0)  # two cells meet at a rim
+    weight[[0, -1]] = 3.0
+    return weight
+
+
 def errors_px(mine, camera, heights, posts, triangles):
-    """Screen errors (n,) of a mesh at all places in the picture: it is drawn from above by the student's rasteriser."""
+    """Screen errors and weights (2, n) of a mesh at all places in the picture, drawn from above by the student."""
     points = places_of(heights, mine.SPACING)
     size = points.shape[1::-1]
     x, y = posts.T * PLACES
@@ -45,7 +52,8 @@ def errors_px(mine, camera, heights, posts, triangles):
     drawn = mine.rasterise(size, above, metres, triangles, (np.nan,) * 3)[..., 0]  # the rim may be left out
     rise = (drawn - points[..., 2]).ravel()
     px, seen = screen_shift_px(camera, mine.SIZE, points.reshape(-1, 3), np.nan_to_num(rise), NEAR_M)
-    return px[seen & ~np.isnan(rise)]
+    counts = seen & ~np.isnan(rise)
+    return np.stack([px, np.outer(*map(weights, heights.shape)).ravel()])[:, counts]
 
 
 def in_picture(mine, heights, posts, triangles):
@@ -60,8 +68,8 @@ def yours(mine, camera, heights):
     found = []
     for triangles in BUDGETS:
         mesh = mine.tree_mesh(heights, triangles)
-        px = errors_px(mine, camera, heights, *mesh)
-        errors = {"max_error_px": float(px.max()), "rms_error_px": float(np.sqrt(np.square(px).mean()))}
+        px, weight = errors_px(mine, camera, heights, *mesh)
+        errors = {"max_error_px": float(px.max()), "rms_error_px": float(np.sqrt(np.average(px**2, weights=weight)))}
         found.append({"triangles": in_picture(mine, heights, *mesh)} | errors)
     return found
 
