@@ -1,5 +1,5 @@
 """Example 12: land in your scene
-================================
+==============================
 
 A program with a scene of its own draws a mast with moderngl, and asks the renderer for the land around it. Depth
 decides which hides which, pixel by pixel. The certificate of the land comes back.

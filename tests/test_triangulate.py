@@ -169,8 +169,8 @@ def test_no_metres_are_refused():
 
 
 def test_more_triangles_than_a_capture_holds_are_refused():
-    """A checkerboard needs 2000 triangles in each cell; without the refusal, the driver would end the process."""
-    board = np.indices((193, 193)).sum(0) % 2 * 9.0
+    """A checkerboard needs 512 triangles in each cell; without the refusal, the driver would end the process."""
+    board = np.indices((385, 385)).sum(0) % 2 * 9.0
     with Renderer(Heightmap(board), (16, 16)) as renderer, pytest.raises(TerrainError, match="allow a larger error"):
         renderer.inspector.triangulate(0.01)
 

@@ -31,10 +31,11 @@ def middle_row(renderer, camera, **options):
 def samples_of(renderer, camera):
     """The picture in the style "depth", and how many samples the mesh wrote."""
     image = renderer.render(camera, style="depth").image
-    written = renderer.ctx.query(samples=True)
-    with written:
-        renderer.picture.see(renderer.inspector.frame.selection)
-    return image, written.samples
+    with renderer.session:
+        written = renderer.ctx.query(samples=True)
+        with written:
+            renderer.picture.see(renderer.inspector.frame.selection)
+        return image, written.samples
 
 
 def test_slopes_that_face_away_are_not_drawn(monkeypatch):

@@ -112,6 +112,7 @@ class OtherOptions(TypedDict, total=False):
     ramp_range: tuple[float, float] | None
     water_m: float | None
     voids: str
+    units: str
     surroundings: str
     grain: str
     contour_m: float | None

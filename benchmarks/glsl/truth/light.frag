@@ -75,7 +75,7 @@ void main() {
     ivec2 px = ivec2(gl_FragCoord.xy) & 1;
     vec2 post = post_of_sample((px.x + 2 * px.y) % SAMPLES);  // neighbouring pixels take different samples
     if (is_sky(post)) {
-        vec3 direction = view_ray(vec2(0.0));
+        vec3 direction = view_ray(vec2(0.0)).along;
         out_colour = vec4(sky_light(direction) + sun_disc(direction), 0.0);
         return;
     }
