@@ -139,7 +139,8 @@ def land_depths(heightmap, eye, along):
 
 
 def scene(rng):
-    eye = np.array([rng.uniform(150, 800), rng.uniform(5, 60), rng.uniform(170, 350)])  # no ray comes from below the land
+    """A view from above the map: no ray comes from below the land."""
+    eye = np.array([rng.uniform(150, 800), rng.uniform(5, 60), rng.uniform(170, 350)])
     return look_at(eye, [rng.uniform(300, 660), rng.uniform(300, 660), 60])
 
 

@@ -5,7 +5,7 @@ quantisation range. So a part of the map gets one post more than its last nodes 
 """
 
 import threading
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,7 +48,8 @@ def record_steps(
         (rows, cols) bool, the posts that are voids; None if there are no voids.
     """
     session, blank = _blank_tables()
-    return (yield from session.run(_record_steps(blank, heights, spacing_m, range_m, levels, void)))
+    steps: Any = _record_steps(blank, heights, spacing_m, range_m, levels, void)
+    return (yield from session.run(steps))
 
 
 def _record_steps(
