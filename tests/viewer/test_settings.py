@@ -130,8 +130,10 @@ def test_every_patch_is_explained_in_words():
     choices = [Choice(*each) for each in drawn]
     for chosen in choices:
         for metric, tolerance, seen in (("max", 1.0, True), ("rms", math.inf, True), ("max", 0.0, False)):
-            told = Explanation((8, 8), 8, 2, chosen, tuple(choices), (1.0, 2.0), 900.0, 0.3, seen, tolerance, metric)
+            told = Explanation(
+                (8, 8), 8, 2, chosen, tuple(choices), (1.0, 2.0), 900.0, 0.3, seen, tolerance, metric, chosen.px
+            )
             assert explain_text.title(told) and len(explain_text.rows(told)) == 4 and explain_text.reasons(told)
-    told = Explanation((8, 8), 8, 2, choices[2], tuple(choices), (1.0, 2.0), 900.0, 0.3, True, 1.0, "max")
+    told = Explanation((8, 8), 8, 2, choices[2], tuple(choices), (1.0, 2.0), 900.0, 0.3, True, 1.0, "max", 0.9)
     assert [row[-1] for row in explain_text.rows(told)] == ["too coarse", "too coarse", "drawn", "finer than needed"]
     assert "0.9 px" in explain_text.reasons(told)[1]
