@@ -87,8 +87,6 @@ class Renderer:
         Answers questions about the last frame.
     editor
         Changes the map.
-    overlays
-        Lines and points that are drawn over every picture, from `overlay.read_overlay`. You may set them at any time.
 
     Raises
     ------
@@ -440,7 +438,7 @@ class Renderer:
 
     @property
     def overlays(self) -> tuple[Overlay, ...]:
-        """Lines and points over the land; filled polygons colour it."""
+        """Lines and points over every picture, from `overlay.read_overlay`; filled polygons colour the land."""
         return self._overlays
 
     @overlays.setter
