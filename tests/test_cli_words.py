@@ -152,8 +152,9 @@ def test_only_files_are_read(dem, kind):
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     told = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(told) == len(words), done.stderr
-    for status, out, err in told:
-        refused((status, out, err), 1, kind, "is not a file" if "is a folder" not in err else "name a heightmap file")
+    for (command, *_), (status, out, err) in zip(words, told, strict=True):
+        says = "is a folder: name a heightmap file" if (command, kind) == ("info", "folder") else "is not a file"
+        refused((status, out, err), 1, kind, says)
 
 
 def test_a_path_of_gigabytes_is_not_read(dem):
