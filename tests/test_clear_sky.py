@@ -53,7 +53,8 @@ def test_floats_are_multiplied_by_alpha(renderer):
 
 def test_the_plain_around_the_map_is_not_sky(renderer):
     below = renderer.render(tg.Camera((320.0, -250.0, 160.0), (320.0, 320.0, -900.0)), sky="none").image
-    assert (below[..., 3] == 255).all() and (renderer.picture.sky_share() > 0).any()
+    with renderer.session:
+        assert (below[..., 3] == 255).all() and (renderer.picture.sky_share() > 0).any()
 
 
 def test_fewer_pixels_have_the_mean_of_what_is_there():
@@ -69,10 +70,12 @@ def test_haze_grows(renderer):
         return renderer.render(CAMERA, surroundings="none", haze=haze).image[..., :3].astype(float)
 
     land = renderer.render(CAMERA, surroundings="none", sky="none").image[..., 3] == 255
-    sky = picture(1.0)[renderer.picture.sky_share() == 1].mean(0)
+    usual = picture(1.0)
+    with renderer.session:
+        sky = usual[renderer.picture.sky_share() == 1].mean(0)
     away = [np.abs(picture(haze)[land] - sky).mean() for haze in (0.0, 10.0, 100.0)]
     assert away[0] > 1.01 * away[1] > 1.02 * away[2]
-    assert np.array_equal(picture(1.0), renderer.render(CAMERA, surroundings="none").image[..., :3])
+    assert np.array_equal(usual, renderer.render(CAMERA, surroundings="none").image[..., :3])
     for wrong in (-1.0, float("nan"), float("inf")):
         with pytest.raises(tg.UsageError, match="haze"):
             renderer.render(CAMERA, haze=wrong)

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from drivers import must_be_one_driver
 
+import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.gpu.context import backend_name, create_context, probe_backends
+from terrain_gl.gpu.current import current, handle_of
 
 FILL = """
 #version 430 core
@@ -85,6 +87,15 @@ def test_contexts_interleave(ctx, osmesa):
     first = work(ctx)
     assert work(osmesa)[2] == "GL_NO_ERROR"
     assert work(ctx) == first
+
+
+def test_a_renderer_is_made_and_draws_beside_osmesa(ctx, osmesa):
+    """OSMesa answers with EGL's context when it is asked for its own."""
+    heightmap = tg.Heightmap(np.arange(64.0).reshape(8, 8), 10.0)
+    for mine in (ctx, osmesa):
+        with mine, tg.Renderer(heightmap, (16, 16)) as renderer:
+            renderer.render(tg.Camera.default(heightmap))
+            assert handle_of(mine).is_current() and current() == handle_of(mine)
 
 
 def test_each_context_keeps_its_own_objects(ctx, osmesa):

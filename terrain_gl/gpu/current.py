@@ -59,7 +59,7 @@ class Current:
 
     def is_current(self) -> bool:
         """Whether it is the current context of this thread."""
-        return _call(self.library, self.asks) == self.context
+        return _call(self.library, self.asks) == self.context and not _osmesa_draws()
 
     def restore(self) -> None:
         """Make it current again."""
@@ -114,6 +114,9 @@ class _OSMesa(Current):
     library = "libOSMesa.so.8"
     asks = "OSMesaGetCurrentContext"
 
+    def is_current(self) -> bool:
+        return _call(self.library, self.asks) == self.context
+
     @classmethod
     def now(cls) -> Current | None:
         context = _call(cls.library, cls.asks)
@@ -149,14 +152,21 @@ class _Wgl(Current):
         _call(self.library, "wglMakeCurrent", 0, 0)
 
 
-# OSMesa first: while it draws, EGL may still count a context as current
-_SYSTEMS: tuple[type[Current], ...] = (_Wgl,) if sys.platform == "win32" else (_OSMesa, _Egl, _Glx)
+# OSMesa last: it shares its record with EGL and GLX, and may answer with a context of theirs
+_SYSTEMS: tuple[type[Current], ...] = (_Wgl,) if sys.platform == "win32" else (_Egl, _Glx, _OSMesa)
 _known: WeakKeyDictionary[moderngl.Context, Current] = WeakKeyDictionary()
+_of_osmesa: set[int] = set()
+
+
+def _osmesa_draws() -> bool:
+    """Whether OSMesa draws here. EGL may still count a context of its own as current."""
+    return bool(_of_osmesa) and _call(_OSMesa.library, _OSMesa.asks) in _of_osmesa
 
 
 def current() -> Current | None:
     """The context that is current in this thread, whoever made it."""
-    return next(filter(None, (system.now() for system in _SYSTEMS)), None)
+    systems = (_OSMesa,) if _osmesa_draws() else _SYSTEMS
+    return next(filter(None, (system.now() for system in systems)), None)
 
 
 def remember(ctx: moderngl.Context) -> None:
@@ -164,6 +174,13 @@ def remember(ctx: moderngl.Context) -> None:
     now = current()
     if now:
         _known[ctx] = now
+    if isinstance(now, _OSMesa):
+        _of_osmesa.add(now.context)
+
+
+def forget_osmesa(context: int) -> None:
+    """Note that a context of OSMesa is gone: another library may get its address."""
+    _of_osmesa.discard(context)
 
 
 def check_current(ctx: moderngl.Context) -> None:
@@ -183,6 +200,7 @@ def handle_of(ctx: moderngl.Context) -> Current | None:
     """The handle of a context; None if the window system is not known."""
     if ctx not in _known:  # a context of the caller
         with kept():
+            switch(current(), None)  # what is current then is the caller's context
             ctx.__enter__()  # type: ignore[no-untyped-call]
             remember(ctx)
     return _known.get(ctx)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..basics.exceptions import NotInstalledError, TerrainError
+from .current import forget_osmesa
 
 
 def glfw_library() -> Any:
@@ -91,6 +92,7 @@ class OSMesaLoader:
 
     def release(self) -> None:
         self._function("OSMesaDestroyContext", None, ctypes.c_void_p)(self.context)
+        forget_osmesa(self.context)
 
 
 def _let_go_of_egl() -> None:
