@@ -5,8 +5,10 @@
     python benchmarks/certificate.py --random 1000    views from anywhere, of random maps; with --seed, others
 
 Random views have fields of view of 0.1 to 170 degrees, tolerances of 0.01 to 1,000 pixels for the largest error or for
-the mean, or budgets; maps with voids, filled or cut out, edits, exaggeration; pictures from 17 x 5 pixels. Each is
-drawn with hidden land and without; with a tolerance for the largest error, both pictures must have the same bytes.
+the mean, or budgets; maps with voids, filled or cut out, edits, exaggeration; pictures from 17 x 5 pixels. A third of
+the maps is drawn from a store with small tiles, and half of the stores have memory for only some of them. Each view is
+drawn with hidden land and without; with a tolerance for the largest error, both pictures must have the same bytes,
+unless other tiles may have been loaded. A last line counts views of each kind.
 
 Else it tests both metrics, eight cameras and four tolerances; `--maps`, `--cameras`, `--metrics` and `--errors` select
 some of them. There is one line for each map and metric: the largest ratio of achieved to certified error, and of
@@ -20,7 +22,9 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,8 +33,12 @@ from typing import Any
 import numpy as np
 
 import terrain_gl as tg
+from terrain_gl.basics.steps import drain
 from terrain_gl.gpu.context import create_context
+from terrain_gl.pages.map import PagedMap
+from terrain_gl.pages.pool import OF_COPIES
 from terrain_gl.shade.picture import UNLIT
+from terrain_gl.store import StoredMap, build
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from maps import MAPS, REAL, cameras, random_camera, random_map, ridges, standing  # noqa: E402  the tests' own maps and cameras
@@ -119,57 +127,84 @@ def fixed_views(args: argparse.Namespace, ctx: Any) -> Iterator[Tally]:
 
 def random_views(args: argparse.Namespace, ctx: Any) -> Iterator[Tally]:
     """Random maps, ten views of each; every second map is mountains, and two of four have an edit halfway."""
-    tallies = {metric: Tally() for metric in (*args.metrics, "budget")}
+    tallies = {(where, kind): Tally() for where in ("map", "store") for kind in (*args.metrics, "budget")}
+    kinds, counts = [kind for _, kind in tallies][: len(tallies) // 2], Counter[str]()
     end = time.perf_counter() + args.seconds
     for i in range(-(-args.random // VIEWS_A_MAP)):
         if time.perf_counter() > end:
             break
         rng = np.random.default_rng([args.seed, i])
         heightmap = _mountains(rng) if i % 2 else random_map(rng)
-        with tg.Renderer(heightmap, SIZES[rng.integers(0, len(SIZES))], ctx=ctx) as renderer:
-            for k in range(min(VIEWS_A_MAP, args.random - VIEWS_A_MAP * i)):
-                if k == VIEWS_A_MAP // 2 and i % 4 > 1:
-                    _edit(rng, renderer)
-                kind = list(tallies)[rng.integers(0, len(tallies))]
-                started = time.perf_counter()
-                _random_view(rng, renderer, kind, tallies[kind], f"seed {args.seed}, map {i}, view {k}, {kind}")
-                tallies[kind].seconds += time.perf_counter() - started
-    for kind, tally in tallies.items():
-        print(f"{'random':44} {kind:6} {tally.line()}", flush=True)
+        size = SIZES[rng.integers(0, len(SIZES))]
+        with tempfile.TemporaryDirectory() as folder:
+            drawn = _stored(rng, heightmap, Path(folder) / "s") if i % 3 == 2 else heightmap
+            with tg.Renderer(drawn, size, ctx=ctx) as renderer:
+                for k in range(min(VIEWS_A_MAP, args.random - VIEWS_A_MAP * i)):
+                    if k == VIEWS_A_MAP // 2 and i % 4 > 1:
+                        _edit(rng, renderer)
+                        counts["edited"] += min(VIEWS_A_MAP, args.random - VIEWS_A_MAP * i) - k
+                    where, kind = "store" if drawn.is_store else "map", kinds[rng.integers(0, len(kinds))]
+                    tally, started = tallies[where, kind], time.perf_counter()
+                    label = f"seed {args.seed}, map {i}, view {k}, {where}, {kind}"
+                    counts.update(_random_view(rng, renderer, kind, tally, label))
+                    tally.seconds += time.perf_counter() - started
+    for (where, kind), tally in tallies.items():
+        print(f"{f'random {where}s':44} {kind:6} {tally.line()}", flush=True)
         yield tally
+    print("views: " + ", ".join(f"{n} {trait}" for trait, n in sorted(counts.items())))
 
 
-def _random_view(rng: np.random.Generator, renderer: tg.Renderer, kind: str, tally: Tally, label: str) -> None:
+def _random_view(rng: np.random.Generator, renderer: tg.Renderer, kind: str, tally: Tally, label: str) -> Iterator[str]:
+    """Draw a view twice, and count it; yields what it is."""
     fov_deg = float(
         [10 ** rng.uniform(-1, math.log10(170)), rng.uniform(60, 170), rng.uniform(10, 80)][rng.integers(3)]
     )
-    stands = rng.random() < 0.6 and min(renderer.heightmap.heights.shape) > 5
-    made = standing if stands else random_camera
-    camera = replace(made(rng, renderer.heightmap), fov_deg=fov_deg)
+    known = renderer.heightmap
+    if isinstance(known, PagedMap):
+        known = tg.Heightmap(known.heights[:, :], known.spacing_m)
+    stands = rng.random() < 0.6 and min(known.heights.shape) > 5
+    camera = replace((standing if stands else random_camera)(rng, known), fov_deg=fov_deg)
     options: dict[str, Any] = {"voids": ("fill", "hole")[rng.integers(0, 2)], "style": UNLIT}
     if rng.random() < 0.3:
         options["exaggeration"] = float(10 ** rng.uniform(-1, 1))
+        yield "exaggerated"
     if rng.random() < 0.3:
-        options["near_m"] = float(min(renderer.heightmap.spacing_m) * 10 ** rng.uniform(-3, 0))
+        options["near_m"] = float(min(known.spacing_m) * 10 ** rng.uniform(-3, 0))
     if kind == "budget":
         options["triangles"] = int(10 ** rng.uniform(1, 4.5))
         options["metric"] = METRICS[rng.integers(0, 2)]
     else:
         options["max_error_px"] = float(10 ** rng.uniform(-2, 3))
         options["metric"] = kind
-    frames = {}
+    yield from ("in all", *(["with voids"] if known.voids else []))
+    frames, tiles = {}, {}
     try:
         for occlusion in ("off", "on"):
             frames[occlusion] = renderer.render(camera, occlusion=occlusion, **options)
+            tiles[occlusion] = set(getattr(renderer.terrain, "slot_of", ()))
             tally.add(renderer.measure(), f"{label}, occlusion {occlusion}, {camera}, {options}")
     except tg.TerrainError as error:
         tally.broken += 1
         print(f"  broken: {label}: {error}, {camera}, {options}", flush=True)
         return
     tally.hidden += frames["on"].stats["patches_hidden"] > 0
-    if kind == "max" and (frames["on"].image != frames["off"].image).any():
-        tally.different += 1
-        print(f"  different: {label}, {camera}, {options}", flush=True)
+    if not all(frame.stats.get("complete", True) for frame in frames.values()):
+        yield "without some tiles"
+    elif kind == "max" and tiles["on"] == tiles["off"]:
+        yield "compared"
+        if (frames["on"].image != frames["off"].image).any():
+            tally.different += 1
+            print(f"  different: {label}, {camera}, {options}", flush=True)
+
+
+def _stored(rng: np.random.Generator, heightmap: tg.Heightmap, path: Path) -> StoredMap:
+    """The map's store; every second one has slots for a half of its tiles."""
+    build(heightmap.heights, path, spacing_m=heightmap.spacing_m, tile=16, shard=64)
+    stored = StoredMap(path)
+    if rng.random() < 0.5:
+        copies = max(16, stored.numbering.total // 2) * 5 * (stored.tile + 1) ** 2
+        stored.limit(stored.gpu_bytes, int(copies / OF_COPIES))
+    return stored
 
 
 def _mountains(rng: np.random.Generator) -> tg.Heightmap:
@@ -183,15 +218,16 @@ def _mountains(rng: np.random.Generator) -> tg.Heightmap:
 
 
 def _edit(rng: np.random.Generator, renderer: tg.Renderer) -> None:
-    """Move a rectangle of posts up or down, or make some of it void."""
+    """Move a rectangle of posts up or down, or make some of it void. In a store, voids stay as they are."""
     map_ = renderer.heightmap
-    row, col = rng.integers(0, map_.rows - 1), rng.integers(0, map_.cols - 1)
-    rows, cols = (slice(int(at), int(at + rng.integers(1, 40))) for at in (row, col))
+    row, col = (int(rng.integers(0, n - 1)) for n in (map_.rows, map_.cols))
+    rows, cols = (slice(at, at + int(rng.integers(1, 40))) for at in (row, col))
     heights = map_.heights[rows, cols].copy()
     heights += np.float32(rng.normal() * (map_.range_m[1] - map_.range_m[0]))
     heights[rng.random(heights.shape) < rng.choice([0.0, 0.2])] = np.nan
-    rows, cols = slice(rows.start, rows.start + heights.shape[0]), slice(cols.start, cols.start + heights.shape[1])
-    renderer.edit(rows, cols, heights)
+    renderer.editor.write(col, row, heights)
+    if rng.random() < 0.5:
+        drain(renderer.editor.rebuild_steps())
 
 
 def arguments() -> argparse.Namespace:
