@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -69,7 +69,11 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
 
 @contextmanager
 def writing_rows(
-    path: str | os.PathLike[str], shape: tuple[int, int, int], kind: str, attributes: dict[str, Any]
+    path: str | os.PathLike[str],
+    shape: tuple[int, int, int],
+    kind: str,
+    attributes: dict[str, Any],
+    names: Sequence[str] = (),
 ) -> Iterator[Rows]:
     """Yield a function that writes the next rows of an image file, from top to bottom, as they are stored.
 
@@ -83,6 +87,8 @@ def writing_rows(
         Type of the numbers, one of `TYPES`.
     attributes
         Attributes of the file, by their names in OpenImageIO.
+    names
+        Names of the channels, if they are not those of a picture.
 
     Raises
     ------
@@ -96,6 +102,8 @@ def writing_rows(
         spec = oiio.ImageSpec(*shape, kind)
         for name, value in attributes.items():
             spec.attribute(name, value)
+        if names:
+            spec.channelnames, spec.alpha_channel = tuple(names), -1
         file: Any = oiio.ImageOutput.create(os.fspath(beside))
 
         def ensure(works: bool) -> None:

@@ -1,6 +1,7 @@
 """`terrain-gl fly`: a flight over a map, as a film or a folder of pictures."""
 
 import contextlib
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +15,7 @@ from ..camera import Vector
 from ..film import parts
 from ..film.journal import FlightJournal
 from ..film.path import CameraPath
-from ..film.record import CODECS, FPS, Recorder, is_folder
+from ..film.record import CODECS, FPS, Recorder, is_folder, picture_name
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap, ground_m
 from ..renderer.options import NO_SKY
@@ -40,6 +41,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_output(command, f"film: {', '.join(CODECS)} (extra [video]); or a folder of PNGs, FRAMES/")
+    options.add_facts(command)
     group = command.add_argument_group("flight")
     group.add_argument(
         "--path", metavar="FILE", dest="keyframes", help="keyframes, .json (default: a tour around the map)"
@@ -59,13 +61,15 @@ def run(asked: frames.FlyOptions) -> int:
     path = asked.output.path
     if asked.frame.sky == NO_SKY:
         raise UsageError("--sky none: frames of a flight have no alpha; draw single pictures with shot")
+    if asked.output.facts and not is_folder(path):
+        raise UsageError("--facts: a film has no room for them: name a folder of pictures, FRAMES/")
     asked = overlays.with_ground(asked)
     width, height = (max(2, side & ~1) for side in asked.camera.size)
     if path.lower().endswith(".mp4") and (width, height) != asked.camera.size:
         report.note(f"--size: an .mp4 has even sides: {width}x{height}")
         asked = replace(asked, camera=replace(asked.camera, size=(width, height)))
     can_continue = is_folder(path) or _has_parts(path)
-    journal = FlightJournal(path, frames.identity(asked)) if can_continue else None
+    journal = FlightJournal(path, frames.identity(asked), asked.output.facts) if can_continue else None
     if is_folder(path):
         asked = replace(asked, output=replace(asked.output, path=""))  # the checks that follow are for files
     with Recorder(path, asked.fps, journal.done if journal else None) as recorder:
@@ -124,6 +128,8 @@ def _fly(
             noted[number] = {"frame": number, "time_s": number / flight.asked.fps} | frame.numbers, frame.about
             if journal:
                 journal.add(number, noted[number])
+            if frame.facts and (beside := flight.asked.output.facts_beside(picture_name(number))):
+                frame.facts.write(os.path.join(recorder.path, beside))  # first: a frame is complete with its picture
             recorder.append(frame.image)
     return [noted[number][0] for number in sorted(noted)], noted[0][1]
 

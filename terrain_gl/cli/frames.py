@@ -20,6 +20,7 @@ from ..basics.version import __version__
 from ..files import maps
 from ..files.furniture import stamp
 from ..film.path import CameraPath, FlightFrame
+from ..renderer.facts import Facts
 from ..store import is_store
 from ..store.scheduling import scheduler
 from . import furniture, overlays
@@ -47,6 +48,7 @@ class Drawn(NamedTuple):
     image: np.ndarray
     numbers: dict[str, Any]  # of this frame
     about: dict[str, Any]  # numbers that all frames share
+    facts: Facts | None
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,7 @@ class Drawing:
         sun = pose.sun if is_free and pose.sun else scene.frame.sun
         scene = replace(scene, camera=pose.camera, frame=replace(scene.frame, sun=sun))
         frame = yield from renderer.render_steps(gradual=False, **scene.view())
+        facts = frame.facts if asked.output.facts else None  # before `measure` draws over the picture
         stats: Mapping[str, Any] = renderer.measure() if asked.measure else frame.stats
         keys = OF_FRAME + (MEASURED if asked.measure else ())
         numbers = scene.pose(asked.camera.size) | {key: stats[key] for key in keys if key in stats}
@@ -98,7 +101,7 @@ class Drawing:
         stamp(image, 0, [*overlays.names(asked.camera.size, renderer.labels(), stamps), *stamps])
         with renderer.session:
             numbers["sees_land"] = renderer.picture.sees_land()
-        return Drawn(image, numbers, {key: stats[key] for key in OF_FLIGHT})
+        return Drawn(image, numbers, {key: stats[key] for key in OF_FLIGHT}, facts)
 
     def close(self) -> None:
         """Release GPU resources."""
@@ -159,10 +162,15 @@ def _job(asked: FlyOptions) -> FlightJob:
         store=replace(asked.store, edits=_absolute(asked.store.edits)),
         frame=replace(frame, **files),
         laid=replace(asked.laid, overlay=tuple(map(os.path.abspath, asked.laid.overlay))),
-        output=OutputOptions(backend=asked.output.backend),
+        output=_drawing(asked.output),
         keyframes=None,
     )
     return FlightJob(uuid.uuid4().hex, sent)
+
+
+def _drawing(output: OutputOptions) -> OutputOptions:
+    """The options of an output that change what is drawn."""
+    return OutputOptions(backend=output.backend, facts=output.facts)
 
 
 def _absolute(path: Any) -> Any:
@@ -172,8 +180,10 @@ def _absolute(path: Any) -> Any:
 
 def identity(asked: FlyOptions) -> Any:
     """A value for JSON that changes if the pictures of a flight change: its options, and the files that it reads."""
-    output, store = OutputOptions(backend=asked.output.backend), replace(asked.store, memory=0)
-    given = replace(asked, output=output, store=store, workers=1, scheduler=None)  # the others change no pixel
+    store = replace(asked.store, memory=0)
+    given = replace(
+        asked, output=_drawing(asked.output), store=store, workers=1, scheduler=None
+    )  # the others change no pixel
     name = asked.map.name
     of_map = [os.path.join(name, "zarr.json")] if is_store(name) else maps.files_read(name)
     files = [[path, *_status(path)] for path in (*of_map, *asked.files)]

@@ -7,6 +7,7 @@ from ..files.maps import bundled
 from ..files.views import VIEWS
 from ..readers.arrays import ORDERS
 from ..readers.values import ENCODINGS
+from ..renderer.facts import FORMATS
 from ..renderer.options import OPTIONS, FrameOptions
 from . import values
 from .parsing import HelpAll
@@ -165,6 +166,12 @@ def add_backend(command: Any) -> None:
 def add_json(command: Any) -> None:
     """Add `--json`."""
     command.add_argument("--json", metavar="FILE", help="the numbers as JSON; - for standard output, alone")
+
+
+def add_facts(command: Any) -> None:
+    """Add `--facts`."""
+    what = "write what each pixel shows, too (depth, place, normal, kind): a file beside the picture"
+    command.add_argument("--facts", choices=[ending[1:] for ending in FORMATS], help=what)
 
 
 def add_workers(group: Any) -> None:

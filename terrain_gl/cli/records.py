@@ -3,6 +3,7 @@
 A record has a part for each concern. `told` fills all parts from the parser's values of the same names.
 """
 
+import os
 from argparse import Namespace
 from dataclasses import dataclass, is_dataclass, replace
 from datetime import datetime
@@ -95,7 +96,12 @@ class OutputOptions:
 
     path: str = ""
     json: str | None = None
+    facts: str | None = None  # the format of what pixels show, which is written beside the picture
     backend: str = "auto"
+
+    def facts_beside(self, picture: str) -> str | None:
+        """The file for what the pixels of a picture show; None if it was not asked for."""
+        return f"{os.path.splitext(picture)[0]}.{self.facts}" if self.facts and picture else None
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,10 @@ def open_scene(asked: DrawOptions, progress: Callable[[float], None] | None = No
 
     A bundled map brings default scales, view and sun. For other maps, `files.views` computes a default view and sun.
     """
-    check_outputs((asked.output.path, asked.output.json), [*maps.files_read(asked.map.name), *asked.files])
+    output = asked.output
+    check_outputs(
+        (output.path, output.json, output.facts_beside(output.path)), [*maps.files_read(asked.map.name), *asked.files]
+    )
     if asked.light.time is None and asked.light.latitude is not None:
         raise UsageError("--latitude needs --time: give both, or --sun")
     heightmap, known = stores.opened(asked, progress)

@@ -15,6 +15,7 @@ from ..camera.pieces import LARGEST, Piece
 from ..files.furniture import stamp
 from ..image import FORMATS, Rows, writing_image
 from ..renderer import Renderer
+from ..renderer.facts import Facts
 from ..renderer.names import Label
 from ..renderer.options import NO_SKY
 from . import against, effects, furniture, options, overlays, report, stores
@@ -22,6 +23,7 @@ from .records import DrawOptions
 from .scene import CommandScene, make_renderer, open_scene
 
 MOST_PIXELS = 2**32
+MOST_FACTS = 2**26  # pixels whose facts are held in memory: 2.6 GiB
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
+    options.add_facts(command)
     against.add(command)
     overlays.add(command)
     furniture.add(command)
@@ -61,6 +64,14 @@ def run(asked: ShotOptions) -> int:
         raise UsageError(f"{report.shown(path)}: has no alpha: with --sky none, name a .png, .tif or .exr")
     if size[0] * size[1] > MOST_PIXELS:
         raise UsageError(f"--size: expected at most {MOST_PIXELS:,} pixels, got {size[0]:,} x {size[1]:,}")
+    beside = asked.output.facts_beside(path)
+    if beside == path:
+        raise UsageError(
+            f"--facts {asked.output.facts}: {report.shown(path)} is the picture: name it .png, or take npz"
+        )
+    if beside and size[0] * size[1] > MOST_FACTS:
+        raise UsageError(f"--facts: expected at most {MOST_FACTS:,} pixels, got {size[0]:,} x {size[1]:,}")
+    facts = Facts.empty(size) if beside else None
     golden = against.golden_of(asked.golden, asked.output, size)
     asked = overlays.with_ground(asked)
     scene = open_scene(asked)
@@ -71,8 +82,10 @@ def run(asked: ShotOptions) -> int:
         stats = (
             {"map": scene.heightmap.name}
             | scene.pose(size)
-            | _draw(renderer, asked, scene, golden.receive(write) if golden else write)
+            | _draw(renderer, asked, scene, golden.receive(write) if golden else write, facts)
         )
+        if facts and beside:
+            facts.write(beside)
         found = golden.compare(renderer, scene, path, size) if golden else None
         with report.json_output(told, stats | (found.record() if found else {})):
             picture.close()
@@ -82,8 +95,10 @@ def run(asked: ShotOptions) -> int:
     return stores.status_of(stats) or (0 if found is None or found.is_within else 1)
 
 
-def _draw(renderer: Renderer, asked: ShotOptions, scene: CommandScene, write: Rows) -> dict[str, Any]:
-    """Draw pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
+def _draw(
+    renderer: Renderer, asked: ShotOptions, scene: CommandScene, write: Rows, facts: Facts | None
+) -> dict[str, Any]:
+    """Draw pieces of one mesh, write each row of pieces, and fill in `facts`; returns the picture's stats."""
     size, laid, frame = asked.camera.size, asked.laid, scene.frame
     width = size[0]
     exact = FORMATS[os.path.splitext(asked.output.path)[1].lower()] == "float"
@@ -99,6 +114,8 @@ def _draw(renderer: Renderer, asked: ShotOptions, scene: CommandScene, write: Ro
             seen.extend(renderer.labels())
             if laid.labels != overlays.NO_LABELS:
                 seen.extend(renderer.contour_labels(frame.contour_m, frame.water_m, frame.units))
+        if facts:
+            facts.put(piece, renderer.facts())
         if piece.corner[0] == 0:
             rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels

@@ -26,9 +26,11 @@ class FlightJournal:
         A folder of pictures, or a film in parts; it may be missing. If it holds another flight, it is refused.
     identity
         A value that JSON can hold; it is equal for flights with equal pictures.
+    beside
+        The ending of a second file of each picture in a folder, without which the picture is not complete.
     """
 
-    def __init__(self, output: str | os.PathLike[str], identity: Any) -> None:
+    def __init__(self, output: str | os.PathLike[str], identity: Any, beside: str | None = None) -> None:
         self._output = None if is_folder(output) else output
         folder = Path(output) if is_folder(output) else parts.folder_of(output)
         self._path = folder / JOURNAL
@@ -42,7 +44,7 @@ class FlightJournal:
             raise TerrainError(f"{folder}: holds frames of another flight: name another {name}")
         for line in lines[:-1]:  # text after the last end of line is an incomplete entry
             number, noted = json.loads(line)
-            if self._picture(number).is_file():
+            if all(file.is_file() for file in self._files(number, beside)):
                 self.done[number] = noted
             elif self._output:
                 break
@@ -58,8 +60,9 @@ class FlightJournal:
         with open(self._path, "a", encoding="utf-8") as file:
             file.write(json.dumps((number, noted)) + "\n")
 
-    def _picture(self, number: int) -> Path:
-        """The file with a picture."""
+    def _files(self, number: int, beside: str | None) -> list[Path]:
+        """The files with a picture."""
         if self._output:
-            return parts.part_of(self._output, number)
-        return self._path.with_name(picture_name(number))
+            return [parts.part_of(self._output, number)]
+        picture = self._path.with_name(picture_name(number))
+        return [picture, picture.with_suffix(f".{beside}")] if beside else [picture]

@@ -198,7 +198,7 @@ def _pictures(folder: Path, kept: Collection[int]) -> AbstractContextManager[Wri
     if not kept and any(folder.glob("frame-*.png")):
         os.close(held)
         raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
-    for left in folder.glob(".frame-*.png"):  # of a flight that was killed
+    for left in folder.glob(".frame-*"):  # of a flight that was killed
         left.unlink()
     return _numbered(folder, made, held, kept)
 

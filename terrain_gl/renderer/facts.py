@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from ..basics.exceptions import UsageError
+from ..basics.replacing import replacing
 from ..camera import Camera
+from ..camera.pieces import Piece
 from ..heightmap import Heightmap
+from ..image import writing_rows
 from ..shade.picture import Picture
 
 KINDS = ("sky", "land", "water", "surroundings", "void")  # by number: glsl/shade/facts.frag
+FORMATS = (".npz", ".exr")
+CHANNELS = ("Z", "P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "kind")  # of an .exr
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,44 @@ class Facts:
     places: np.ndarray
     normals: np.ndarray
     kind: np.ndarray
+
+    @classmethod
+    def empty(cls, size: tuple[int, int]) -> Facts:
+        """Arrays for a picture of a size, to be filled by `put`."""
+        shape = size[1], size[0]
+        metres, normals = np.empty((*shape, 3)), np.empty((*shape, 3), np.float32)
+        return cls(np.empty(shape, np.float32), metres, normals, np.empty(shape, np.uint8))
+
+    def put(self, piece: Piece, facts: Facts) -> None:
+        """Fill in the facts of a piece of the picture."""
+        for each in fields(self):
+            getattr(self, each.name)[piece.rows, piece.cols] = getattr(facts, each.name)
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the arrays to a file.
+
+        Parameters
+        ----------
+        path
+            `.npz`: the arrays by their names, with their types. `.exr`: float32 channels, `Z` for the depth, `P.X`,
+            `P.Y`, `P.Z` for the place, `N.X`, `N.Y`, `N.Z` for the normal, and `kind`.
+
+        Raises
+        ------
+        UsageError, TerrainError
+            Another ending, or the file cannot be written.
+        """
+        ending = Path(path).suffix.lower()
+        if ending not in FORMATS:
+            raise UsageError(f"{path}: what pixels show is written to a name that ends in one of {', '.join(FORMATS)}")
+        if ending == ".npz":
+            with replacing(path) as beside, open(beside, "wb") as file:
+                np.savez_compressed(file, depth=self.depth, places=self.places, normals=self.normals, kind=self.kind)
+            return
+        height, width = self.kind.shape
+        with writing_rows(path, (width, height, len(CHANNELS)), "float", {}, CHANNELS) as write:
+            layers = self.depth[..., None], self.places, self.normals, self.kind[..., None]
+            write(np.concatenate(layers, -1, dtype=np.float32, casting="same_kind"))
 
 
 def facts_of(picture: Picture, eye: Camera) -> Facts:

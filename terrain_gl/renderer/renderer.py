@@ -236,6 +236,13 @@ class Renderer:
             raise TerrainError("another picture was drawn since: ask a frame for its depths before you draw the next")
         return facts_of(self.picture, drawn.eye)
 
+    @in_session
+    def facts(self) -> Facts:
+        """What the pixels of the last picture show; in `receive`, those of the piece."""
+        if self._drawn is None:
+            raise TerrainError("there is no picture yet: draw one")
+        return facts_of(self.picture, self._drawn[0])
+
     def draw(
         self,
         camera: Camera,
