@@ -41,7 +41,6 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_output(command, f"film: {', '.join(CODECS)} (extra [video]); or a folder of PNGs, FRAMES/")
-    options.add_facts(command)
     group = command.add_argument_group("flight")
     group.add_argument(
         "--path", metavar="FILE", dest="keyframes", help="keyframes, .json (default: a tour around the map)"
@@ -53,6 +52,7 @@ def add(commands: Any) -> None:
     overlays.add(command)
     furniture.add(command)
     options.add_rendering(command, moving=True)
+    options.add_facts(command)
     stores.add_options(command)
 
 

@@ -171,7 +171,7 @@ def add_json(command: Any) -> None:
 def add_facts(command: Any) -> None:
     """Add `--facts`."""
     what = "write what each pixel shows, too (depth, place, normal, kind): a file beside the picture"
-    command.add_argument("--facts", choices=[ending[1:] for ending in FORMATS], help=what)
+    group_of(command, "technical").add_argument("--facts", choices=[ending[1:] for ending in FORMATS], help=what)
 
 
 def add_workers(group: Any) -> None:

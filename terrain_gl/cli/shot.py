@@ -47,11 +47,11 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
-    options.add_facts(command)
     against.add(command)
     overlays.add(command)
     furniture.add(command)
     options.add_rendering(command)
+    options.add_facts(command)
     stores.add_options(command)
 
 
