@@ -134,7 +134,7 @@ def patches_of(renderer: tg.Renderer) -> bytes:
     with renderer.session:
         frame: Any = renderer.inspector.frame
         selection = frame.selection
-        return bytes(selection.surface.patches.read(selection.patches * layout.PATCH.itemsize))
+        return bytes(selection.buffers.patches.read(selection.patches * layout.PATCH.itemsize))
 
 
 def same_picture(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> bool:

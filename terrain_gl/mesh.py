@@ -13,7 +13,7 @@ import numpy as np
 
 from .basics.exceptions import TerrainError
 from .gpu import gl
-from .gpu.passes import NOTHING_MORE, DrawPass, Feed, Resources, State, Uniforms
+from .gpu.passes import NOTHING_MORE, DrawPass, Resources, State, Uniforms
 from .lod import Selection
 from .lod.surface import Surface
 from .terrain import Terrain
@@ -53,10 +53,6 @@ class MeshDraw:
         made_of = {"TO": to, **surface.terrain.defines, **surface.defines, **defines}
         self._pass = DrawPass(self.ctx, {**surface.stages, **stages}, made_of, varyings)
 
-    @property
-    def _feed(self) -> Feed:
-        return Feed(self.surface.feed, self.surface.indices, mode=self.surface.mode)
-
     def draw(
         self,
         selection: Selection,
@@ -67,8 +63,9 @@ class MeshDraw:
     ) -> None:
         """Draw a selection, or a part of its commands; `resources` are those that the further stages read."""
         commands = range(selection.draws)[part]  # the whole map may be outside the picture
-        read = {**self.surface.resources, **resources}
-        self._pass.draw_indirect(state, read, uniforms, self._feed, self.surface.draws, commands)
+        mesh = selection.buffers
+        read = {**self.surface.resources, **mesh.resources, **resources}
+        self._pass.draw_indirect(state, read, uniforms, mesh.feed, mesh.commands, commands)
 
     def draw_hidden(self, selection: Selection, state: State) -> None:
         """Draw the patches that a selection leaves out because other land hides them."""
@@ -76,7 +73,7 @@ class MeshDraw:
         end = selection.patches + selection.hidden
         for first in range(selection.patches, end, at_once):
             number = min(at_once, end - first)
-            self._pass.draw(state, self.surface.resources, NOTHING_MORE, self._feed, number, first)
+            self._pass.draw(state, self.surface.resources, NOTHING_MORE, selection.buffers.feed, number, first)
 
     def capture(self, selection: Selection, vertex_bytes: int) -> bytes:
         """The triangles that the GPU makes, as bytes: three vertices each."""
@@ -86,9 +83,10 @@ class MeshDraw:
         if size > MOST_CAPTURED:
             raise TerrainError(f"{selection.triangles:,} triangles are too many to be captured: allow a larger error")
         out = self.ctx.buffer(reserve=size)
-        drawn = self._feed, self.surface.draws, selection.draws
+        mesh = selection.buffers
+        read = {**self.surface.resources, **mesh.resources}
         try:
-            triangles = self._pass.capture(out, self.surface.resources, NOTHING_MORE, *drawn)
+            triangles = self._pass.capture(out, read, NOTHING_MORE, mesh.feed, mesh.commands, selection.draws)
             return out.read(triangles * 3 * vertex_bytes)
         finally:
             out.release()

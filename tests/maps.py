@@ -258,7 +258,7 @@ def tessellation_ends(selection, asked_px):
 
     The clipmap ends at 32 parts between two posts (16 beyond ring 0).
     """
-    data = selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
+    data = selection.buffers.patches.read(selection.patches * layout.PATCH.itemsize)
     patches = np.frombuffer(data, layout.PATCH)
     step_log2 = (patches["shape"] >> 5 & 63).astype(int) - 16
     return bool((step_log2[patches["bound_px"] > asked_px] <= -4).all())

@@ -67,7 +67,7 @@ def check_covered_once(drawn, heightmap):
 
 def patches_of(scene, selection):
     """Records of the view's patches, decoded: corner, side_log2, step_log2, edges_log2 (n, 4), bound_px."""
-    data = scene.levels.patches.read(selection.patches * layout.PATCH.itemsize)
+    data = selection.buffers.patches.read(selection.patches * layout.PATCH.itemsize)
     return layout.unpack_patches(np.frombuffer(data, layout.PATCH))
 
 

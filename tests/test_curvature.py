@@ -137,7 +137,7 @@ def test_flat_land_needs_triangles_only_because_the_earth_is_round(ctx):
     """Take the term away: with cells chosen for a flat Earth, the promise is broken on the round one."""
     scene, camera = Scene.of(ctx, PLAIN, (640, 360)), replace(over_plain(), target=FAR, fov_deg=2.0)
     flat = scene.select(replace(camera, bend_per_m=0.0), 0.1)
-    scene.levels.view.move(scene.terrain, camera, scene.size, scene.near_m)
+    scene.levels.view.write(scene.terrain, camera, scene.size, scene.near_m, **flat.settings)
     assert scene.achieved(flat, camera).max_px > 0.1
     achieved = check_bound(scene, camera, 0.1, "max")
     selection = scene.select(camera, 0.1)
@@ -161,9 +161,9 @@ def test_flat_ground_is_drawn_as_before(ctx):
     scene = clipmap_of(ctx, MAPS["odd"]())
     camera = cameras(scene.heightmap, scene.size)["wide"]
     selection = scene.select(camera)
-    patches = selection.surface.patches.read(16 * selection.patches)
+    patches = selection.buffers.patches.read(16 * selection.patches)
     bent = scene.select(replace(camera, bend_per_m=1e-30))
-    assert bent.surface.patches.read(16 * bent.patches) == patches
+    assert bent.buffers.patches.read(16 * bent.patches) == patches
     scene.release()
 
 

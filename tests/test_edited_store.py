@@ -77,7 +77,7 @@ def random_view(rng, z_m=60.0):
 def patches_of(renderer):
     with renderer.session:
         selection = renderer.inspector.frame.selection
-        return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
+        return selection.buffers.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
 def load_some(renderer, rng):

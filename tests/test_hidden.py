@@ -289,9 +289,10 @@ def test_the_horizon_is_a_lower_bound_and_close_to_the_reference(ctx, bend):
     camera = replace(standing(np.random.default_rng(4), heightmap), bend_per_m=bend)
     with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
         selector = renderer.selectors["sat"]
-        selector.select(camera, SIZE, 1.0, rings.Goal(1.0, hides=True))
-        uniforms = selector._hiding.uniforms
-        drawn = hiding.slopes_of(selector._horizon)[:, : uniforms["shells"]]
+        with renderer.session:
+            mesh = selector.select(camera, SIZE, 1.0, rings.Goal(1.0, hides=True))
+            drawn = selector.horizon_of(mesh)
+        uniforms = mesh.hiding.uniforms
     first, end = uniforms["sectors"]
     assert end - first > 50
     ahead = camera.axes[2][:2] / np.linalg.norm(camera.axes[2][:2])
@@ -348,10 +349,10 @@ def test_a_box_is_hidden_exactly_where_the_reference_says(ctx, valley):
     renderer.draw(camera, 0.1)
     frame = renderer.inspector.frame
     selector, heightmap = frame.selection.surface, renderer.heightmap
-    uniforms = selector._hiding.uniforms
+    uniforms = frame.selection.hiding.uniforms
     with renderer.session:
         patches = selector.chosen(frame.selection)
-        horizon = hiding.slopes_of(selector._horizon)[:, : uniforms["shells"]].astype("f8")
+        horizon = selector.horizon_of(frame.selection).astype("f8")
     first, end = uniforms["sectors"]
     ahead = camera.axes[2][:2] / np.linalg.norm(camera.axes[2][:2])
     agree = 0

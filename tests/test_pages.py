@@ -78,7 +78,7 @@ def choose(renderer, camera, **options):
 def patches_of(renderer):
     with renderer.session:
         selection = renderer.inspector.frame.selection
-        return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
+        return selection.buffers.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
 def load(renderer, keys):

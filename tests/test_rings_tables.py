@@ -36,7 +36,7 @@ def mesh_of(scene, camera, **settings):
     """The patch records, in order."""
     settings = settings or {"tolerance_px": 1.0}
     selection = scene.select(camera, **settings)
-    return scene.levels.patches.read(16 * selection.patches)
+    return selection.buffers.patches.read(16 * selection.patches)
 
 
 def options(**settings):
@@ -152,7 +152,7 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
             meshes = []
             for selector in (thorough, quick):
                 selection = selector.select(camera, SIZE, scene.near_m, Goal(tolerance))
-                meshes.append(selector.patches.read(layout.PATCH.itemsize * selection.patches))
+                meshes.append(selection.buffers.patches.read(layout.PATCH.itemsize * selection.patches))
             assert meshes[0] == meshes[1]
     thorough.release()
     quick.release()
@@ -177,7 +177,7 @@ def test_rings_and_blocks_that_nobody_sees_change_nothing(ctx, scene, monkeypatc
         for selector, leave_out in ((all_, lambda rings, *_: rings), (quick, in_picture)):
             monkeypatch.setattr(rings, "rings_in_picture", leave_out)
             selection = selector.select(camera, SIZE, scene.near_m, Goal(0.3))
-            patches = selector.patches.read(layout.PATCH.itemsize * selection.patches)
+            patches = selection.buffers.patches.read(layout.PATCH.itemsize * selection.patches)
             meshes.append((selection.certified_px, selection.triangles, patches))
         assert meshes[0] == meshes[1]
         least = np.minimum(least, (quick.blocks / all_.blocks, quick.seen / quick.blocks))
@@ -193,7 +193,7 @@ def test_a_budget_weighs_only_blocks_in_the_picture(ctx, scene, monkeypatch):
         change_shaders(monkeypatch, old, "true || !project_square")
         selector = Counting(scene.tables)
         selection = selector.select(camera, SIZE, scene.near_m, Goal(metric="rms", triangles=3000))
-        patches = selector.patches.read(layout.PATCH.itemsize * selection.patches)
+        patches = selection.buffers.patches.read(layout.PATCH.itemsize * selection.patches)
         found.append((selector.seen, selection.triangles, patches))
         selector.release()
     assert found[0][1:] == found[1][1:]
@@ -309,5 +309,5 @@ def test_an_edit_gives_the_mesh_of_a_fresh_renderer(ctx):
                 renderer.edit(slice(30, 40), slice(20, 50), then[30:40, 20:50])
             selection = renderer.select(camera, SIZE, options(max_error_px=1.0)).selection
             with renderer.session:
-                meshes.append(selection.surface.patches.read(16 * selection.patches))
+                meshes.append(selection.buffers.patches.read(16 * selection.patches))
     assert meshes[0] == meshes[1]

@@ -91,11 +91,6 @@ class ViewBlock:
         away = (1 - wide) * span_m if span_m else near_m / np.where(wide > 0, wide, 1.0)
         return np.where(wide > 0, away, np.inf)
 
-    def move(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float) -> None:
-        """Look from another camera at the mesh that was chosen for the last camera."""
-        settings = {name: self._values[name] for name in ("tolerance_px", "metric", "cull")}
-        self.write(terrain, camera, size, near_m, **settings)
-
     def crop(self, piece: Piece) -> None:
         """Select the piece of the picture to draw next, with the mesh of the whole picture."""
         if piece == self._piece:

@@ -9,11 +9,10 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-import moderngl
-
 from ..basics.rect import Rect
 from ..camera import Camera
 from ..gpu import gl
+from ..gpu.buffer_pool import BufferPool
 from ..lod import Goal, Selection
 from ..renderer.methods import Selectors
 from ..renderer.options import Parameters
@@ -28,14 +27,13 @@ class Baseline:
 
     defines: Mapping[str, object] = MappingProxyType({})
     on_heights = False
-    indices: moderngl.Buffer | None = None
 
     def __init__(self, selectors: Selectors) -> None:
         self.terrain = selectors.terrain
         self.ctx = self.terrain.ctx
         self.view = selectors.view
         self.pyramid = selectors.shared(pyramid)
-        self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
+        self.commands = BufferPool(self.ctx, gl.COMMAND_STRIDE)
         self._fitted: tuple[Any, Parameters] | None = None  # a view, and the parameters found for it
 
     def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:

@@ -17,17 +17,18 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-import moderngl
 import numpy as np
 
 from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
-from ..gpu import gl, layout
-from ..gpu.passes import Resources
+from ..gpu import layout
+from ..gpu.buffer_pool import BufferPool
+from ..gpu.passes import Feed, Resources
 from ..heightmap import Heightmap
 from ..lod import Goal, Selection
+from ..lod.surface import MeshBuffers
 from ..renderer.methods import Selectors
 from .baselines import Baseline
 
@@ -178,38 +179,33 @@ class Clipmap(Baseline):
 
     stages: Mapping[str, str] = MappingProxyType({"vertex": "comparison/clipmap/ring.vert"})
     defines: Mapping[str, object] = MappingProxyType({"BLOCK": BLOCK})
-    mode = moderngl.TRIANGLES
 
     def __init__(self, selectors: Selectors) -> None:
         super().__init__(selectors)
-        self.indices: moderngl.Buffer = self.ctx.buffer(_grid_indices().tobytes())
-        self._block = self.ctx.buffer(reserve=CLIPMAP.itemsize)
-        self._blocks = self.ctx.buffer(reserve=_BLOCK.itemsize)
+        self._indices = self.ctx.buffer(_grid_indices().tobytes())
+        self._described = BufferPool(self.ctx, CLIPMAP.itemsize)
+        self._blocks = BufferPool(self.ctx, _BLOCK.itemsize)
 
     @property
     def bytes(self) -> int:
         """GPU memory of the blocks and their grid."""
-        return self.indices.size + self._blocks.size + self.draws.size
-
-    @property
-    def feed(self) -> list[tuple[Any, ...]]:
-        """The vertex buffers: a block is an instance of one grid."""
-        return [(self._blocks, "4i4 4i4 1i4 /i", "in_cells", "in_border", "in_level")]
+        return self._indices.size + self._blocks.made_bytes + self.commands.made_bytes
 
     @property
     def resources(self) -> Resources:
-        """Everything that the stages read."""
-        return {**self.pyramid.resources, **self.view.resources, "Clipmap": self._block}
+        """Everything that the stages read, beside the buffers of a mesh."""
+        return {**self.pyramid.resources, **self.view.resources}
 
     def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the blocks in the picture."""
         rings: Rings = goal.parameters or Rings()
-        self.view.write(self.terrain, camera, size, near_m, tolerance_px=goal.tolerance_px, cull=goal.cull)
+        settings = {"tolerance_px": goal.tolerance_px, "cull": goal.cull}
+        self.view.write(self.terrain, camera, size, near_m, **settings)
         chosen, blocks = self._blocks_in(camera, size, near_m, rings, goal.cull)
-        self._write(blocks, rings, chosen[-1].level)
+        buffers = self._buffers_of(blocks, rings, chosen[-1].level)
         draws = -(-len(blocks) // _DRAW)
         most = 2 * BLOCK**2 * len(blocks)
-        return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)
+        return Selection(self, buffers, settings, (len(blocks),), self._count(blocks), most, 0, None, draws)
 
     def candidates(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
@@ -231,7 +227,7 @@ class Clipmap(Baseline):
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self.indices, self._block, self._blocks, self.draws):
+        for resource in (self._indices, self._described, self._blocks, self.commands):
             resource.release()
 
     def _fit_ring(
@@ -310,8 +306,8 @@ class Clipmap(Baseline):
         # a vertex on a border may be moved by one place
         return self.terrain.boxes(first // 2 * 2 * side, last * side, ranges)
 
-    def _write(self, blocks: np.ndarray, rings: Rings, coarsest: int) -> None:
-        """Upload blocks, draw commands and the sizes of the rings."""
+    def _buffers_of(self, blocks: np.ndarray, rings: Rings, coarsest: int) -> MeshBuffers:
+        """Upload blocks, draw commands and the sizes of the rings. A block is an instance of one grid."""
         cells = self._cells(rings.ring)
         described = np.zeros((), CLIPMAP)
         described["reach"] = cells / 2
@@ -319,12 +315,12 @@ class Clipmap(Baseline):
         described["middle"], described["middle_m"], _ = self.view.eye
         # blending must begin outside the finer ring, whose border is half-way
         described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))
-        self._block.write(described.tobytes())
         commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")
-        self._blocks = gl.at_least(self.ctx, self._blocks, blocks.nbytes)
-        self.draws = gl.at_least(self.ctx, self.draws, commands.nbytes)
-        self._blocks.write(blocks.tobytes())
-        self.draws.write(commands.tobytes())
+        kept = (pool.filled(data.tobytes()) for pool, data in ((self._described, described), (self._blocks, blocks)))
+        owned = (*kept, self.commands.filled(commands.tobytes()))
+        sizes, instances, drawn = (each.buffer for each in owned)
+        feed = Feed([(instances, "4i4 4i4 1i4 /i", "in_cells", "in_border", "in_level")], self._indices)
+        return MeshBuffers(owned, feed, drawn, {"Clipmap": sizes})
 
 
 def _commands(blocks: int) -> Iterator[tuple[int, ...]]:

@@ -23,8 +23,10 @@ import numpy as np
 from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
 from ..gpu import gl
-from ..gpu.passes import ComputePass, Resources
+from ..gpu.buffer_pool import BufferPool, OwnedBuffer
+from ..gpu.passes import ComputePass, Feed, Resources
 from ..lod import Goal, Selection
+from ..lod.surface import MeshBuffers
 from ..renderer.methods import Selectors
 from .baselines import Baseline
 from .clipmap import ClipmapRing, rings_of
@@ -110,41 +112,37 @@ class Tessellated(Baseline):
             "tess_evaluation": "comparison/tessellated/patch.tese",
         }
     )
-    mode = moderngl.PATCHES
 
     def __init__(self, selectors: Selectors) -> None:
         super().__init__(selectors)
         self._levels = ComputePass(self.ctx, "comparison/tessellated/levels.comp")
-        self._measures = self.ctx.buffer(reserve=MEASURES.itemsize)
         self._places = self.ctx.buffer(reserve=_PLACE.itemsize)
-        self._cuts = self.ctx.buffer(reserve=16)
+        self._measures = BufferPool(self.ctx, MEASURES.itemsize)
+        self._cuts = BufferPool(self.ctx, 16)
         self._count = self.ctx.buffer(reserve=4)
 
     @property
     def bytes(self) -> int:
         """GPU memory of the patches."""
-        return self._places.size + self._cuts.size + self.draws.size
-
-    @property
-    def feed(self) -> list[tuple[Any, ...]]:
-        """The vertex buffer: each patch is one vertex."""
-        return [(self._cuts, "4u4", "in_cut")]
+        return self._places.size + self._cuts.made_bytes + self.commands.made_bytes
 
     @property
     def resources(self) -> Resources:
-        """Everything that the stages read."""
-        return {**self.pyramid.resources, **self.view.resources, "Tessellated": self._measures}
+        """Everything that the stages read, beside the buffers of a mesh."""
+        return {**self.pyramid.resources, **self.view.resources}
 
     def choose(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose and cut the patches in the picture."""
         edges: Edges = goal.parameters or Edges()
         places = self._look(camera, size, near_m, edges, goal)
-        triangles = self._cut(len(places), edges)
+        triangles, cuts, measures = self._cut(len(places), edges)
         most = _patches_in_draw(edges)
         commands = [(min(most, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), most)]
-        self.draws = gl.at_least(self.ctx, self.draws, gl.COMMAND_STRIDE * len(commands))
-        self.draws.write(np.array(commands or [(0,) * 5], "u4").tobytes())
-        return Selection(self, (len(places),), triangles, triangles + 4 * MOST * len(places), 0, None, len(commands))
+        drawn = self.commands.filled(np.array(commands or [(0,) * 5], "u4").tobytes())
+        feed = Feed([(cuts.buffer, "4u4", "in_cut")], mode=moderngl.PATCHES)
+        buffers = MeshBuffers((cuts, measures, drawn), feed, drawn.buffer, {"Tessellated": measures.buffer})
+        numbers = (len(places),), triangles, triangles + 4 * MOST * len(places), 0, None, len(commands)
+        return Selection(self, buffers, _settings(goal), *numbers)
 
     def candidates(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
@@ -162,7 +160,7 @@ class Tessellated(Baseline):
         tried = []
         for _ in range(_TRIES):
             middle = replace(edges, edge_px=math.sqrt(short * long))
-            count = self._cut(patches, middle)
+            count = self._cut(patches, middle)[0]
             tried.append((abs(count - triangles), middle))
             if abs(count - triangles) <= 0.002 * triangles:
                 break
@@ -171,12 +169,12 @@ class Tessellated(Baseline):
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self._levels, self._measures, self._places, self._cuts, self._count, self.draws):
+        for resource in (self._levels, self._measures, self._places, self._cuts, self._count, self.commands):
             resource.release()
 
     def _look(self, camera: Camera, size: tuple[int, int], near_m: float, edges: Edges, goal: Goal) -> np.ndarray:
         """Find the patches in the picture, and upload them and the view."""
-        self.view.write(self.terrain, camera, size, near_m, tolerance_px=goal.tolerance_px, cull=goal.cull)
+        self.view.write(self.terrain, camera, size, near_m, **_settings(goal))
         cells = np.array([edges.ring, edges.ring])
         finest = edges.patch.bit_length() - 1
         rings = rings_of(self.terrain.heightmap, camera.eye, cells, finest)
@@ -184,7 +182,6 @@ class Tessellated(Baseline):
         if goal.cull:
             places = places[boxes_in_picture(camera, size, near_m, *self._boxes(places))]
         self._places = gl.at_least(self.ctx, self._places, places.nbytes)
-        self._cuts = gl.at_least(self.ctx, self._cuts, 16 * len(places))
         self._places.write(places.tobytes())
         return places
 
@@ -194,20 +191,24 @@ class Tessellated(Baseline):
         level = places["level"]
         return self.terrain.boxes(low << level[:, None], low + 1 << level[:, None], self.pyramid.ranges(low, level))
 
-    def _cut(self, patches: int, edges: Edges) -> int:
-        """Compute the levels of all edges; returns the number of triangles."""
+    def _cut(self, patches: int, edges: Edges) -> tuple[int, OwnedBuffer, OwnedBuffer]:
+        """Compute the levels of all edges; returns the number of triangles, the cut patches and their measures."""
         middle, offset_m, z_m = self.view.eye
         measures = np.array(((*offset_m, z_m), edges.edge_px / self.view.focal_px, middle, edges.parts, 0), MEASURES)
-        self._measures.write(measures.tobytes())
+        cuts, measured = self._cuts.own(16 * patches), self._measures.filled(measures.tobytes())
         self._count.write(bytes(4))
         resources: Resources = {
             **self.terrain.resources,
             **self.view.resources,
-            "Tessellated": self._measures,
+            "Tessellated": measured.buffer,
             "Places": self._places,
-            "Cuts": self._cuts,
+            "Cuts": cuts.buffer,
             "Count": self._count,
         }
         self._levels.run((max(1, -(-patches // 64)), 1, 1), resources, {"patches": patches})
         self.ctx.memory_barrier(_BARRIER)
-        return int(np.frombuffer(self._count.read(), "u4")[0])
+        return int(np.frombuffer(self._count.read(), "u4")[0]), cuts, measured
+
+
+def _settings(goal: Goal) -> dict[str, Any]:
+    return {"tolerance_px": goal.tolerance_px, "cull": goal.cull}

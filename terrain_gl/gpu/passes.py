@@ -156,6 +156,7 @@ class Feed:
     mode: int = moderngl.TRIANGLES
 
 
+_KEPT_ARRAYS = 4
 SCREEN = Feed()  # the vertex shader makes vertices from their numbers
 
 
@@ -300,8 +301,7 @@ class DrawPass(_Pass):
         program = shaders.program(ctx, **stages, defines=defines, varyings=varyings)
         where = " + ".join(f"glsl/{path}" for path in stages.values())
         super().__init__(ctx, program, where, "".join(shaders.source(path, defines) for path in stages.values()))
-        self._vao: moderngl.VertexArray | None = None
-        self._fed: list[Any] = []
+        self._made: dict[tuple[int, ...], tuple[moderngl.VertexArray, list[Any]]] = {}
 
     def draw(
         self,
@@ -379,8 +379,7 @@ class DrawPass(_Pass):
 
     def release(self) -> None:
         """Release GPU resources."""
-        if self._vao:
-            self._vao.release()
+        self._let_go()
         super().release()
 
     def _begin(self, state: State, resources: Resources, uniforms: Uniforms) -> None:
@@ -388,16 +387,21 @@ class DrawPass(_Pass):
         _set(self.ctx, state)
 
     def _vertex_array(self, feed: Feed) -> moderngl.VertexArray:
-        """The vertex array over the feed's buffers; it is kept while they are the same."""
+        """The vertex array over the feed's buffers. Those of a few feeds are kept, because meshes take turns."""
         fed = [feed.indices, *(each[0] for each in feed.buffers)]
-        if self._vao is None or list(map(id, fed)) != list(map(id, self._fed)):
-            if self._vao:
-                self._vao.release()
-            self._vao = self.ctx.vertex_array(
+        key = tuple(map(id, fed))
+        if key not in self._made:
+            if len(self._made) == _KEPT_ARRAYS:
+                self._let_go()
+            array = self.ctx.vertex_array(
                 self._program, list(feed.buffers), index_buffer=feed.indices, index_element_size=feed.index_bytes
             )
-            self._fed = fed
-        return self._vao
+            self._made[key] = array, fed  # `fed` keeps the buffers' numbers from being used again
+        return self._made[key][0]
+
+    def _let_go(self) -> None:
+        while self._made:
+            self._made.popitem()[1][0].release()
 
 
 def clear(framebuffer: moderngl.Framebuffer, depth: float | None = None, colour: Sequence[float] | None = None) -> None:

@@ -9,7 +9,8 @@ surface      the interface between a method and the code that draws, measures or
 
 from ..camera.view import ViewBlock
 from .every_post import EveryPost
+from .goal import METRES, METRICS, Goal
 from .rings import RingsSelector
-from .selection import METRES, METRICS, Goal, Selection
+from .selection import Selection
 
 __all__ = ["METRES", "METRICS", "EveryPost", "Goal", "RingsSelector", "Selection", "ViewBlock"]

@@ -16,7 +16,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from .selection import Goal, Selection
+from .goal import Goal
+from .selection import Selection
 
 PATCH_COST = 1.0  # of a patch in triangles, where a price decides; smaller than for a tolerance: docs/allocation.md
 CLOSE = 0.985  # a mesh that uses at least this share of the limit is accepted
@@ -63,7 +64,7 @@ def smallest(
     """The mesh of the smallest x that uses at most `limit`; that of the highest x if none does.
 
     With logarithmic axes, the curve is nearly a straight line. So each step tries the x where the chord between two
-    known meshes meets the limit. The buffers hold the mesh that is returned, because it is made last.
+    known meshes meets the limit.
 
     Parameters
     ----------
@@ -77,6 +78,7 @@ def smallest(
     aim = math.log2(AIM * limit)
     too_much: tuple[float, float] | None = None  # x, and log2 of what its mesh uses
     fits: tuple[float, float] | None = None
+    best: Selection | None = None  # the mesh of `fits`
     falls = range_.falls
     steps = 0
     while True:
@@ -93,13 +95,13 @@ def smallest(
         elif is_sure or used(mesh) >= CLOSE * limit or at <= range_.lowest:
             return mesh
         else:
-            fits = tried
+            fits, best = tried, mesh
         steps += 1
         if too_much is None or fits is None:
             step = min(abs(tried[1] - aim) / falls, LARGEST_STEP) + 2 * range_.sure
             at = max(at - step, range_.lowest) if too_much is None else min(at + step, range_.highest)
-        elif fits[0] - too_much[0] <= range_.sure or steps >= TRIES:
-            at = fits[0]  # make this mesh again, because the buffers hold the mesh that was tried last
+        elif best and (fits[0] - too_much[0] <= range_.sure or steps >= TRIES):
+            return best
         else:
             share = (too_much[1] - aim) / (too_much[1] - fits[1]) if steps < CHORDS else 0.5
             at = too_much[0] + min(max(share, 0.1), 0.9) * (fits[0] - too_much[0])

@@ -17,16 +17,17 @@ import itertools
 import math
 from collections.abc import Iterator
 
-import moderngl
 import numpy as np
 
 from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout
+from ..gpu.buffer_pool import BufferPool
 from ..gpu.passes import ComputePass
-from .patches import BARRIER, OfPatches
-from .selection import INFINITE_PX, Goal, Selection
+from .goal import INFINITE_PX, Goal
+from .patches import BARRIER, OfPatches, patch_buffers
+from .selection import Selection
 
 TRUTH = 2  # segments along a cell's side: then the cell's centre lies on the bilinear surface
 _SIDE_LOG2 = 5  # a square has at most 32 cells a side
@@ -46,13 +47,13 @@ class EveryPost(OfPatches):
         self._pass = ComputePass(ctx, "lod/every_post.comp", tables.terrain.defines)
         self._corners = ctx.buffer(reserve=8)
         self._found = ctx.buffer(reserve=8)
-        self.patches = ctx.buffer(reserve=layout.PATCH.itemsize)
-        self.draws = ctx.buffer(reserve=gl.COMMAND_STRIDE)
+        self._patches = BufferPool(ctx, layout.PATCH.itemsize)
+        self._commands = BufferPool(ctx, gl.COMMAND_STRIDE)
 
     @property
     def bytes(self) -> int:
         """GPU memory of the squares, the patches and the draw commands."""
-        return sum(buffer.size for buffer in self._buffers)
+        return self._corners.size + self._found.size + self._patches.made_bytes + self._commands.made_bytes
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose every cell in the picture; without `goal.cull`, of the map. The rest of the goal is not used.
@@ -60,29 +61,24 @@ class EveryPost(OfPatches):
         The bound is that of two triangles against the bilinear surface of a cell. "truth" certifies nothing, because
         errors are measured against its surface.
         """
-        self.view.write(self.terrain, camera, size, near_m, **Goal(cull=goal.cull).settings)
+        settings = Goal(cull=goal.cull).settings
+        self.view.write(self.terrain, camera, size, near_m, **settings)
         chosen = np.concatenate(list(self._squares()))
         counts = np.bincount(layout.unpack_patches(chosen).side_log2, minlength=layout.SIZES).tolist()
         commands = np.array(list(commands_for(counts, self.finer)) or [(0,) * 5], "u4")
-        self.patches = gl.at_least(self.ctx, self.patches, chosen.nbytes)
-        self.draws = gl.at_least(self.ctx, self.draws, commands.nbytes)
-        self.patches.write(chosen.tobytes())
-        self.draws.write(commands.tobytes())
+        buffers = patch_buffers(self._patches.filled(chosen.tobytes()), self._commands.filled(commands.tobytes()))
         triangles = sum(2 * 4**s * n for s, n in enumerate(counts))
         worst_px = float(chosen["bound_px"].max(initial=0.0))
         certified_px = None if self.finer > 1 else worst_px if worst_px < INFINITE_PX else math.inf
         draws = len(commands) if len(chosen) else 0
-        return Selection(self, tuple(counts), triangles, self.finer**2 * triangles, 0, certified_px, draws)
+        numbers = tuple(counts), triangles, self.finer**2 * triangles, 0, certified_px, draws
+        return Selection(self, buffers, settings, *numbers)
 
     def release(self) -> None:
         """Release GPU resources."""
         self._pass.release()
-        for buffer in self._buffers:
-            buffer.release()
-
-    @property
-    def _buffers(self) -> tuple[moderngl.Buffer, ...]:
-        return self._corners, self._found, self.patches, self.draws
+        for resource in (self._corners, self._found, self._patches, self._commands):
+            resource.release()
 
     def _squares(self) -> Iterator[np.ndarray]:
         """The largest squares of cells in the picture, records `layout.PATCH`, small squares first.

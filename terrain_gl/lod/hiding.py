@@ -21,7 +21,7 @@ from ..gpu import gl
 from ..gpu.layout import SECTORS
 from ..heightmap import Heightmap
 from ..terrain import Terrain
-from .selection import Goal
+from .goal import Goal
 
 SHELLS_PER_DOUBLING = 45.0  # as glsl/lod/rings/hidden.glsl has them
 SHELL_SPACINGS = 64.0

@@ -14,10 +14,12 @@ import numpy as np
 from ..basics.rect import Rect
 from ..camera.view import ViewBlock
 from ..gpu import gl, layout
-from ..gpu.passes import Resources
+from ..gpu.buffer_pool import OwnedBuffer
+from ..gpu.passes import Feed, Resources
 from ..terrain import Terrain
-from .selection import INFINITE_PX, Selection
-from .surface import Surface
+from .goal import INFINITE_PX
+from .selection import Selection
+from .surface import MeshBuffers, Surface
 
 # the output of the passes is read as storage, as commands, as vertices, as textures, and by Python
 BARRIER = (
@@ -30,33 +32,18 @@ BARRIER = (
 
 
 class OfPatches:
-    """A `surface.Surface` of patches.
-
-    Attributes
-    ----------
-    patches
-        Records `layout.PATCH`.
-    """
+    """A `surface.Surface` of patches."""
 
     stages: Mapping[str, str] = MappingProxyType(
         {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc", "tess_evaluation": "mesh/patch.tese"}
     )
     defines: Mapping[str, object] = MappingProxyType({})
     on_heights = True
-    mode = moderngl.PATCHES
-    indices = None
     cuts_edges = False  # whether neighbours may cut an edge into up to 64 segments
 
     ctx: moderngl.Context
     terrain: Terrain
     view: ViewBlock
-    patches: moderngl.Buffer
-    draws: moderngl.Buffer
-
-    @property
-    def feed(self) -> list[tuple[Any, ...]]:
-        """The vertex buffer: each patch is one vertex."""
-        return [(self.patches, "4i4", "in_patch")]
 
     @cached_property
     def with_own_edges(self) -> Surface:
@@ -64,11 +51,12 @@ class OfPatches:
         return cast(Surface, OwnEdges(self))
 
     def chosen(self, selection: Selection) -> layout.Patches:
-        """The patches of the last selection: the drawn ones, then the hidden ones."""
+        """The patches of a selection: the drawn ones, then the hidden ones."""
         size = (selection.patches + selection.hidden) * layout.PATCH.itemsize
-        return layout.unpack_patches(np.frombuffer(self.patches.read(size) if size else b"", layout.PATCH))
+        data = selection.buffers.patches.read(size) if size else b""
+        return layout.unpack_patches(np.frombuffer(data, layout.PATCH))
 
-    def selection_of(self, summary: np.void) -> Selection:
+    def selection_of(self, summary: np.void, buffers: MeshBuffers, settings: Mapping[str, Any]) -> Selection:
         """The mesh whose numbers are in a record `layout.RING_SUMMARY`."""
         counts = tuple(summary["count"][: layout.SIZES].tolist())
         cut = [4 * (64 - 2**s) if self.cuts_edges else 0 for s in range(layout.SIZES)]
@@ -77,7 +65,8 @@ class OfPatches:
         most = sum(n * (2 * 4**s + more) for s, (n, more) in enumerate(zip(counts, cut, strict=True)))
         worst_px = float(summary["worst_px"])
         certified_px = worst_px if worst_px < INFINITE_PX else math.inf
-        return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
+        numbers = counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws
+        return Selection(self, buffers, settings, *numbers)
 
     @property
     def resources(self) -> Resources:
@@ -86,6 +75,12 @@ class OfPatches:
 
     def update(self, posts: Rect) -> None:
         """Follow an edit. There is nothing to do, because every selection reads the error tables again."""
+
+
+def patch_buffers(patches: OwnedBuffer, commands: OwnedBuffer) -> MeshBuffers:
+    """The buffers of a mesh of patches: records `layout.PATCH`, each a vertex, and draw commands."""
+    feed = Feed([(patches.buffer, "4i4", "in_patch")], mode=moderngl.PATCHES)
+    return MeshBuffers((patches, commands), feed, commands.buffer)
 
 
 class OwnEdges:

@@ -29,12 +29,15 @@ from ..camera import Camera
 from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout
-from ..gpu.passes import ComputePass, Resources
+from ..gpu.buffer_pool import BufferPool
+from ..gpu.passes import NOTHING_MORE, ComputePass, Resources
 from . import budget
-from .hiding import FARTHEST, NO_HIDING, hiding, horizon_texture, ridge_before, slopes_of
-from .patches import BARRIER, OfPatches
+from .goal import METRES, Goal
+from .hiding import FARTHEST, NO_HIDING, Hiding, hiding, horizon_texture, slopes_of
+from .patches import BARRIER, OfPatches, patch_buffers
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around, rings_in_picture
-from .selection import METRES, Goal, Selection
+from .selection import Selection
+from .surface import MeshBuffers
 
 AGREEING = 2  # rounds of `agree` that run at once; only then Python checks whether leaves are still queued
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
@@ -50,7 +53,7 @@ _ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that d
 
 
 class RingsSelector(OfPatches):
-    """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
+    """The passes, and the buffers in which they work. Each mesh has patches and draw commands of its own."""
 
     cuts_edges = True
 
@@ -69,13 +72,18 @@ class RingsSelector(OfPatches):
         self._defines = {"THREADS": self._threads}
         self._horizon = horizon_texture(ctx, self.terrain.heightmap)
         self._hiding = NO_HIDING
+        self._settings: dict[str, Any] = {}
+        self._patches = BufferPool(ctx, layout.PATCH.itemsize * 16384)
+        self._commands = BufferPool(ctx, gl.COMMAND_STRIDE * 256)
         self._buffers: dict[str, moderngl.Buffer] = {}
-        self._reserve(blocks=1024, patches=16384, draws=256)
+        self._reserve(blocks=1024)
 
     @property
     def bytes(self) -> int:
         """GPU memory of the blocks, the patches and the draw commands."""
-        return 4 * self._horizon.width * self._horizon.height + sum(buffer.size for buffer in self._buffers.values())
+        meshes = self._patches.made_bytes + self._commands.made_bytes
+        own = sum(buffer.size for buffer in self._buffers.values())
+        return 4 * self._horizon.width * self._horizon.height + own + meshes
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the patches for a picture of `size` (width, height).
@@ -98,7 +106,8 @@ class RingsSelector(OfPatches):
 
         `few` is a number of triangles: the tolerance is one of those tried for this budget, and a patch costs less.
         """
-        self.view.write(self.terrain, camera, size, near_m, **goal.settings)
+        self._settings = goal.settings
+        self.view.write(self.terrain, camera, size, near_m, **self._settings)
         triangles = goal.triangles
         self._hiding = hiding(self.terrain, self.view, camera, size, goal)
         view = self.terrain.heightmap, camera, size, near_m
@@ -127,7 +136,8 @@ class RingsSelector(OfPatches):
         """
         heightmap = self.terrain.heightmap
         goal = Goal(max_error_m, METRES, cull=False)
-        self.view.write(self.terrain, Camera.default(heightmap), (1, 1), 1.0, **goal.settings)
+        self._settings = goal.settings
+        self.view.write(self.terrain, Camera.default(heightmap), (1, 1), 1.0, **self._settings)
         self._variant = METRES
         self._hiding = NO_HIDING
         last_post = heightmap.cols - 1, heightmap.rows - 1
@@ -183,27 +193,30 @@ class RingsSelector(OfPatches):
 
     def _made(self, rings: list[Ring], decide: Callable[[], None]) -> tuple[Selection, np.void]:
         """The mesh of the squares that `decide` chooses, and its record; made again if the buffers were too small."""
+        needed = 0, 0
         while True:
             self._begin(rings)
             decide()
-            summary = self._finish()
-            mesh = replace(self.selection_of(summary), hidden=int(summary["hidden"]))
-            if self._has_room(int(summary["blocks"]), mesh.patches + mesh.hidden, mesh.draws):
+            buffers = patch_buffers(self._patches.own(needed[0]), self._commands.own(needed[1]))
+            summary = self._finish(buffers)
+            mesh = self.selection_of(summary, buffers, self._settings)
+            mesh = replace(mesh, hidden=int(summary["hidden"]), hiding=self._hiding)
+            needed = layout.PATCH.itemsize * (mesh.patches + mesh.hidden), gl.COMMAND_STRIDE * mesh.draws
+            fits = needed[0] <= buffers.patches.size and needed[1] <= buffers.commands.size
+            if self._has_room(int(summary["blocks"])) and fits:
                 return mesh, summary
 
-    def ridge_before(self, x: float, y: float) -> tuple[float, float]:
-        """World (x, y) of the ridge that hides a place (x, y), for the last selection."""
-        camera = self._hiding.camera
-        assert camera
-        return ridge_before(slopes_of(self._horizon), self.terrain.heightmap, camera, x, y)
+    def horizon_of(self, mesh: Selection) -> np.ndarray:
+        """Slopes of the horizon by which a mesh hides land, (sectors, shells) float32. The view must be the mesh's."""
+        self._find_horizon(mesh.hiding)
+        return slopes_of(self._horizon)[:, : mesh.hiding.uniforms["shells"]]
 
     def release(self) -> None:
         """Release GPU resources."""
         self._horizon.release()
-        for buffer in (self._rings, self._weights, *self._buffers.values()):
-            buffer.release()
-        for kernel in self._kernels.values():
-            kernel.release()
+        own: tuple[Any, ...] = self._rings, self._weights, self._patches, self._commands
+        for resource in (*own, *self._buffers.values(), *self._kernels.values()):
+            resource.release()
 
     def _rings_of(self, camera: Camera, across: int, left_out: int = 0) -> list[Ring]:
         heightmap = self.terrain.heightmap
@@ -241,14 +254,19 @@ class RingsSelector(OfPatches):
         self._run("cull", groups=-(-blocks // self._threads))
         return blocks
 
-    def _finish(self) -> np.void:
-        """Let neighbours agree on their edges, and turn leaves into patches.
+    def _find_horizon(self, hiding: Hiding) -> None:
+        if hiding.sectors:
+            self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
+
+    def _finish(self, mesh: MeshBuffers) -> np.void:
+        """Let neighbours agree on their edges, and turn leaves into patches in the buffers of the mesh.
 
         Returns a record `layout.RING_SUMMARY`. Reading it is the only time that a frame waits for the GPU.
         """
-        hiding = self._hiding
-        if hiding.sectors:
-            self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
+        self._find_horizon(self._hiding)
+        drawn = {"Patches": mesh.patches, "Draws": mesh.commands}
+        most_draws = mesh.commands.size // gl.COMMAND_STRIDE
+        most_patches = mesh.patches.size // layout.PATCH.itemsize
         over = 0
         has_agreed = False
         while True:
@@ -256,8 +274,8 @@ class RingsSelector(OfPatches):
                 over = self._agree(over)
             self._buffers["summary"].write(self._nothing)
             self._run("count", _work("leaves"), agreed=over, **self._hiding.uniforms)
-            self._run("place", agreed=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
-            self._run("emit", _work("all"), agreed=over, most_patches=self.patches.size // layout.PATCH.itemsize)
+            self._run("place", into=drawn, agreed=over, most_draws=most_draws)
+            self._run("emit", _work("all"), into=drawn, agreed=over, most_patches=most_patches)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             has_agreed = not summary["unagreed"]
@@ -279,8 +297,7 @@ class RingsSelector(OfPatches):
     @property
     def of_passes(self) -> Resources:
         """Everything that the passes read and write, by its name in glsl/lod/rings/."""
-        names = ("blocks", "cells", "lists", "shapes", "summary", "patches", "draws")
-        own = {name.capitalize(): self._buffers[name] for name in names}
+        own = {name.capitalize(): buffer for name, buffer in self._buffers.items()}
         horizon = {"u_horizon": self._horizon, "u_out": self._horizon}
         return {
             **self.resources,
@@ -300,33 +317,32 @@ class RingsSelector(OfPatches):
             self._kernels[key] = ComputePass(self.ctx, f"lod/rings/{name}.comp", {**self.terrain.defines, **defines})
         return self._kernels[key]
 
-    def _run(self, name: str, indirect: int | None = None, groups: int = 1, **uniforms: Any) -> None:
+    def _run(
+        self, name: str, indirect: int | None = None, groups: int = 1, into: Resources = NOTHING_MORE, **uniforms: Any
+    ) -> None:
         kernel = self._kernel(name)
-        resources = {each: resource for each, resource in self.of_passes.items() if each in kernel.declares}
+        offered = {**self.of_passes, **into}
+        resources = {each: resource for each, resource in offered.items() if each in kernel.declares}
         if indirect is None:
             kernel.run((groups, 1, 1), resources, uniforms)
         else:
             kernel.run_indirect(self._buffers["blocks"], resources, uniforms, indirect)
         self.ctx.memory_barrier(BARRIER)
 
-    def _has_room(self, blocks: int, patches: int = 0, draws: int = 0) -> bool:
-        """Whether so many of each fit into the buffers; if not, make the buffers larger."""
-        room = self._most_blocks, self.patches.size // layout.PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
-        most = [max(pair) for pair in zip((blocks, patches, draws), room, strict=True)]
-        if most == list(room):
+    def _has_room(self, blocks: int) -> bool:
+        """Whether so many blocks fit into the buffers; if not, make the buffers larger."""
+        if blocks <= self._most_blocks:
             return True
-        self._reserve(*(n + n // 2 for n in most))
+        self._reserve(blocks + blocks // 2)
         return False
 
-    def _reserve(self, blocks: int, patches: int, draws: int) -> None:
+    def _reserve(self, blocks: int) -> None:
         sizes = {
             "blocks": layout.RING_WORK.itemsize + layout.RING_BLOCK.itemsize * blocks,
             "cells": 2 * 4 * _UNITS * blocks,
             "lists": 4 * 4 * _UNITS * blocks,
             "shapes": 8 * _UNITS * blocks,
             "summary": layout.RING_SUMMARY.itemsize + 4 * layout.SIZES * blocks,
-            "patches": layout.PATCH.itemsize * patches,
-            "draws": gl.COMMAND_STRIDE * draws,
         }
         for name, size in sizes.items():
             if name in self._buffers:
@@ -334,8 +350,6 @@ class RingsSelector(OfPatches):
             self._buffers[name] = self.ctx.buffer(reserve=size)
         self._buffers["lists"].write(bytes(sizes["lists"]))  # no stamps yet
         self._nothing = bytes(sizes["summary"])
-        self.patches = self._buffers["patches"]
-        self.draws = self._buffers["draws"]
         self._most_blocks = blocks
 
 

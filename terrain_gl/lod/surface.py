@@ -1,21 +1,52 @@
 """Surfaces: the interface that all methods share. Pictures, exports and measurement use only this interface.
 
-A surface is the shaders that compute the vertices, and the buffers that they read. A method's `select` fills the
-buffers for a camera; the module `mesh` then draws the surface into a picture, captures its triangles, or draws it from
-above.
+A surface is the shaders that compute the vertices. A method's `select` chooses a mesh for a camera: a
+`selection.Selection`, with buffers of its own. The module `mesh` then draws it into a picture, captures its triangles,
+or draws it from above.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
 
 import moderngl
 
+from ..gpu.buffer_pool import OwnedBuffer
+from ..gpu.passes import Feed, Resources
+
 if TYPE_CHECKING:
     from ..camera.view import ViewBlock
-    from ..gpu.passes import Resources
     from ..terrain import Terrain
+
+
+@dataclass(frozen=True)
+class MeshBuffers:
+    """What the GPU reads of one mesh. The buffers may be used again when nobody holds this object.
+
+    Attributes
+    ----------
+    owned
+        All buffers of this mesh.
+    feed
+        What feeds the vertex shader.
+    commands
+        Indirect draw commands, 20 bytes each.
+    resources
+        Further blocks, by name.
+    """
+
+    owned: tuple[OwnedBuffer, ...]
+    feed: Feed
+    commands: moderngl.Buffer
+    resources: Resources = field(default_factory=dict)
+
+    @property
+    def patches(self) -> moderngl.Buffer:
+        """The first vertex buffer; for a surface of patches, records `layout.PATCH`."""
+        first: moderngl.Buffer = self.feed.buffers[0][0]
+        return first
 
 
 class Surface(Protocol):
@@ -24,7 +55,7 @@ class Surface(Protocol):
     Attributes
     ----------
     terrain, view
-        The map, and the camera of the last selection.
+        The map, and the camera that looks at it.
     stages
         Shaders by stage, as `gpu.passes.DrawPass` takes them; the last one calls put_vertex() of glsl/mesh/vertex.glsl.
         Vertices lie on posts or between them.
@@ -32,14 +63,6 @@ class Surface(Protocol):
         Macros of those stages.
     on_heights
         Whether vertices have the heights of the map, exact on posts and bilinear between them.
-    mode
-        `moderngl.PATCHES` or `moderngl.TRIANGLES`.
-    feed
-        Vertex buffers with their formats and attributes, as `Context.vertex_array` takes them.
-    indices
-        Index buffer, if there is one.
-    draws
-        Indirect draw commands, 20 bytes each.
     """
 
     ctx: moderngl.Context
@@ -48,17 +71,7 @@ class Surface(Protocol):
     stages: Mapping[str, str]
     defines: Mapping[str, object]
     on_heights: bool
-    mode: int
-
-    @property
-    def draws(self) -> moderngl.Buffer: ...
-
-    @property
-    def feed(self) -> Sequence[tuple[Any, ...]]: ...
-
-    @property
-    def indices(self) -> moderngl.Buffer | None: ...
 
     @property
     def resources(self) -> Resources:
-        """Everything that the stages read."""
+        """Everything that the stages read, beside the buffers of a mesh."""

@@ -117,6 +117,8 @@ class DrawnFrame:
         Width and height of the picture in pixels.
     near_m
         Distance of the near plane.
+    asked
+        Everything that the choice of this mesh depended on.
     has_picture
         Whether the renderer's picture shows this mesh.
     stats
@@ -131,9 +133,16 @@ class DrawnFrame:
     near_m: float
     options: FrameOptions
     selection: Selection
+    asked: tuple[object, ...] = ()
     has_picture: bool = False
     stats: dict[str, Any] = field(default_factory=dict)
     loaded: dict[str, Any] = field(default_factory=dict)
+
+    def look(self, camera: Camera | None = None) -> None:
+        """Set the view to this frame's, or to that of another camera that looks at its mesh."""
+        surface = self.selection.surface
+        eye = camera or self.eye
+        surface.view.write(surface.terrain, eye, self.size, self.near_m, **self.selection.settings)
 
     @cached_property
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:

@@ -85,12 +85,12 @@ class Inspector:
         return mesh_rounding_px(frame.triangles, self.heightmap, self.terrain.base_m, *view)
 
     @steps_in_session
-    def measure_steps(self, tile: int = TILE) -> Steps[Achieved]:
-        """Measure the last frame in tiles of at most `tile` posts a side; yields progress from 0 to 1.
+    def measure_steps(self, tile: int = TILE, frame: DrawnFrame | None = None) -> Steps[Achieved]:
+        """Measure a frame, by default the last one, in tiles of at most `tile` posts a side; yields progress, 0 to 1.
 
-        It also works for a mesh without a picture. It does not count holes. Draw nothing else between the steps.
+        It also works for a mesh without a picture. It does not count holes.
         """
-        frame = self._chosen()
+        frame = frame or self._chosen()
         view = frame.camera, frame.size, frame.near_m
         return (yield from self._measuring().achieved_steps(frame.selection, *view, tile))
 
@@ -107,18 +107,17 @@ class Inspector:
         return np.fmax.reduce(px)
 
     @in_session
-    def explain(self, x: float, y: float) -> Explanation | None:
-        """Why the patch over a place in world metres was drawn as it was; None where no patch can be explained."""
-        frame = self._chosen()
-        view = frame.selection.surface.view
+    def explain(self, x: float, y: float, frame: DrawnFrame | None = None) -> Explanation | None:
+        """Why a frame, by default the last one, has the patch that it has over a place in world metres.
+
+        None where no patch can be explained.
+        """
+        frame = frame or self._chosen()
         options = frame.options
         self._explainer = self._explainer or self.session.keep(PatchExplainer(self.session.ctx, self.terrain.defines))
         tolerance_px = options.tolerance_px if options.triangles is None else math.inf
-        view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the picture may have another eye
-        try:
-            return self._explainer.explain(frame.selection, self._post(x, y), tolerance_px, options.metric)
-        finally:
-            view.move(self.terrain, frame.eye, frame.size, frame.near_m)
+        frame.look(frame.camera)  # the picture may have another eye
+        return self._explainer.explain(frame.selection, self._post(x, y), tolerance_px, options.metric)
 
     @in_session
     def error_counts(self, lookup: Lookup, tiles: Rect) -> np.ndarray:
@@ -126,20 +125,20 @@ class Inspector:
         return self.resources.tables.read_counts(lookup.level, lookup.error_class, tiles)
 
     @in_session
-    def triangles(self) -> np.ndarray:
-        """Triangles of the last frame as drawn: (n, 3, 2) columns and rows, counter-clockwise from above.
+    def triangles(self, frame: DrawnFrame | None = None) -> np.ndarray:
+        """Triangles of a frame, by default the last one: (n, 3, 2) columns and rows, counter-clockwise from above.
 
         Corners are whole numbers on posts. Where cells are cut, they are fractions, in whole 64ths of a post.
         """
-        return self._chosen().triangles[0].copy()
+        return (frame or self._chosen()).triangles[0].copy()
 
     @in_session
-    def drawn_heights(self) -> np.ndarray:
+    def drawn_heights(self, frame: DrawnFrame | None = None) -> np.ndarray:
         """(rows, cols) float32 metres: the drawn height at posts with a vertex, the true height elsewhere.
 
         For a store: a `PostsOnDemand` with the heights of the loaded tiles. All vertices have these heights.
         """
-        posts, heights_m = self._chosen().triangles
+        posts, heights_m = (frame or self._chosen()).triangles
         drawn = self.terrain.filled.copy()
         if self.resources.streaming:
             return drawn
@@ -175,7 +174,7 @@ class Inspector:
     def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
         """Triangles over the whole map whose heights differ nowhere by more than `max_error_m` from the truth.
 
-        No camera is needed. The last frame is lost.
+        No camera is needed.
 
         Returns
         -------
@@ -192,7 +191,6 @@ class Inspector:
         """
         if not 0 < max_error_m < 1e9:
             raise UsageError(f"max error must be more than 0 and less than 1e9 metres, got {max_error_m:g}")
-        self.frame = None
         selection, loaded = self._everywhere(max_error_m)
         triangles, _ = captured_triangles(selection)
         counts = {"triangles": len(triangles), "patches": selection.patches, "splits": selection.splits}
@@ -221,6 +219,7 @@ class Inspector:
     def _chosen(self) -> DrawnFrame:
         if self.frame is None:
             raise TerrainError("nothing drawn since the map or the picture's size changed: render a frame first")
+        self.frame.look()  # another mesh may have been chosen since
         return self.frame
 
     def _drawn(self) -> DrawnFrame:

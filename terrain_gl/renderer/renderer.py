@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from types import TracebackType
 from typing import Any, Unpack, cast
 from weakref import finalize
@@ -116,7 +117,8 @@ class Renderer:
         self.inspector = Inspector(self.resources)
         self.editor = Editor(self.resources, self.forget)
         self._overlays: tuple[Overlay, ...] = ()
-        self._drawn: tuple[Camera, float, Piece] | None = None  # the view of the last piece, and its near plane
+        self._drawn: tuple[DrawnFrame, Piece] | None = None  # what the picture shows
+        self._edition = object()  # of the map: another one after each edit
         self._size = size
         self.build_steps = self.resources.build_steps(heightmap, size)
         if build:
@@ -162,7 +164,7 @@ class Renderer:
     def resize(self, size: Size) -> None:
         """Change the picture's size; the last frame is lost."""
         self.resources.check_size(size)
-        self.forget()
+        self.inspector.frame = None
         self.resources.resize(size)
         self._size = size
 
@@ -234,6 +236,7 @@ class Renderer:
         """What the picture of a frame shows; it must be the last one."""
         if drawn is None or self.inspector.frame is not drawn:
             raise TerrainError("another picture was drawn since: ask a frame for its depths before you draw the next")
+        drawn.look()
         return facts_of(self.picture, drawn.eye)
 
     @in_session
@@ -267,6 +270,7 @@ class Renderer:
         receive: Receive | None = None,
         gradual: bool = True,
         exact: bool = False,
+        earlier: DrawnFrame | None = None,
         **options: Unpack[OtherOptions],
     ) -> Steps[dict[str, Any]]:
         """Incremental `draw`; yields progress from 0 to 1 and returns the stats. Draw nothing else in between.
@@ -282,6 +286,8 @@ class Renderer:
             Pixels are float32 (see `Picture.exact`) and have no overlays.
         gradual
             Take small steps. Otherwise each of the two passes over a piece is one step, which is faster.
+        earlier
+            A frame whose mesh may be drawn again (`select`).
         options
             The fields of `FrameOptions`, by name.
 
@@ -296,7 +302,8 @@ class Renderer:
         pieces = cut(size, fine) if size else [Piece.whole(self.size)]
         self._laid.begin(self.overlays)
         with self.timer.frame(gradual):
-            frame = self.select(camera, pieces[0].picture, chosen)
+            frame = self.select(camera, pieces[0].picture, chosen, earlier)
+            self.inspector.frame = None  # its picture will be overwritten
             yield 0.0
             for done, piece in enumerate(pieces):
                 for share in self._piece_steps(piece, frame, gradual):
@@ -395,9 +402,14 @@ class Renderer:
             raise UsageError(f"a store is drawn by the method sat, not by {method}")
 
     @in_session
-    def select(self, camera: Camera, size: Size, options: FrameOptions) -> DrawnFrame:
-        """Choose the mesh of a picture of `size`, and set the view; the last frame is lost."""
-        self.forget()
+    def select(
+        self, camera: Camera, size: Size, options: FrameOptions, earlier: DrawnFrame | None = None
+    ) -> DrawnFrame:
+        """Choose the mesh of a picture of `size`, and set the view.
+
+        The mesh of an `earlier` frame is taken again if all that its choice depended on is the same. That of a store is
+        not, because tiles may have come.
+        """
         if options.exaggeration != self.terrain.heightmap.exaggeration:
             self.resources.exaggerate(options.exaggeration)
         camera.check_picture(size)
@@ -405,6 +417,13 @@ class Renderer:
         camera = options.seen(self.heightmap, camera)
         chosen_for = options.seen(self.heightmap, options.chosen_for) if options.chosen_for else camera
         goal = options.goal
+        is_cracked = options.style == "cracks"
+        way = options.method, goal, is_cracked, options.exaggeration
+        asked = self._edition, chosen_for, size, near_m, *way
+        if earlier and earlier.asked == asked and not self.streaming:
+            frame = replace(earlier, eye=camera, options=options, has_picture=False, stats={})
+            frame.look()
+            return frame
         with self.timer.stage("lod"):
             self.check_method(options.method, camera)
             selector = self.selectors[options.method]
@@ -417,14 +436,15 @@ class Renderer:
                 loading.terrain.shows_errors = options.style == "error"
                 loading.terrain.rim_focal_px = chosen_for.focal_px(size[1]) if options.voids == "hole" else 0.0
             selection, loaded = loading.select(choose, chosen_for, goal) if loading else (choose(chosen_for), {})
-        if options.style == "cracks":
+        if is_cracked:
             selection = with_cracks(selection)
-        if options.chosen_for:
-            self.resources.view.move(self.terrain, camera, size, near_m)
-        return DrawnFrame(chosen_for, camera, size, near_m, options, selection, loaded=loaded)
+        frame = DrawnFrame(chosen_for, camera, size, near_m, options, selection, asked, loaded=loaded)
+        frame.look()
+        return frame
 
     def forget(self) -> None:
-        """Forget the last frame: the map has changed, or its mesh will be overwritten."""
+        """Forget the last frame, and take no earlier mesh again: the map has changed."""
+        self._edition = object()
         self.inspector.frame = None
 
     def measure(self) -> dict[str, Any]:
@@ -465,7 +485,8 @@ class Renderer:
         """The names of points in the last picture that no land hides; `overlays`: by default the renderer's own."""
         if self._drawn is None:
             return []
-        return labels_seen(self.overlays if overlays is None else overlays, self.picture, *self._drawn)
+        seen = self._look_again(*self._drawn)
+        return labels_seen(self.overlays if overlays is None else overlays, self.picture, *seen)
 
     @in_session
     def contour_labels(self, contour_m: float | None, water_m: float | None = None, units: str = "m") -> list[Label]:
@@ -474,7 +495,7 @@ class Renderer:
             return []
         interval = contour_m or interval_m(*self.heightmap.range_m, units)
         least_m = -math.inf if water_m is None else water_m
-        camera, _, piece = self._drawn
+        camera, _, piece = self._look_again(*self._drawn)
         return contour_labels(self.picture, camera, piece, interval, least_m, units)
 
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
@@ -526,7 +547,13 @@ class Renderer:
             yield 0.3 + 0.7 * share
         if self.overlays:
             self._laid.draw(self.overlays, self.picture, frame.eye, piece)
-        self._drawn = frame.eye, frame.near_m, piece
+        self._drawn = frame, piece
+
+    def _look_again(self, frame: DrawnFrame, piece: Piece) -> tuple[Camera, float, Piece]:
+        """Set the view to that of the picture, because another mesh may have been chosen since; returns it."""
+        frame.look()
+        self.resources.crop(piece)
+        return frame.eye, frame.near_m, piece
 
     def _complete(self, frame: DrawnFrame) -> DrawnFrame:
         """Give a frame its stats."""

@@ -14,6 +14,7 @@ import numpy as np
 from ..gpu import layout
 from ..gpu.passes import ComputePass
 from ..lod import RingsSelector, Selection
+from ..lod.hiding import ridge_before
 from ..lod.patches import OwnEdges
 
 _EXPLAIN = "lod/rings/explain.comp"
@@ -131,7 +132,7 @@ class Explanation:
 
 
 class PatchExplainer:
-    """Explains patches of the last selection."""
+    """Explains patches."""
 
     def __init__(self, ctx: moderngl.Context, defines: Mapping[str, object]) -> None:
         self.ctx = ctx
@@ -143,7 +144,7 @@ class PatchExplainer:
     ) -> Explanation | None:
         """Explain the patch over a place of the map, given as column and row; None if there is no explanation.
 
-        The view must still be that of the selection.
+        The view must be that of the selection.
         """
         surface = selection.surface
         if isinstance(surface, OwnEdges):
@@ -162,7 +163,7 @@ class PatchExplainer:
         around = corner[0] & -2 << side_log2, corner[1] & -2 << side_log2
         four = _choices(self._ask(surface, around, side_log2 + 1), side_log2 + 1)
         joined = next((each for each in four if each.step == 2.0 ** (step_log2 + 1)), None)
-        hidden_by = _ridge(surface, post) if at >= selection.patches else None
+        hidden_by = _ridge(surface, selection, post) if at >= selection.patches else None
         chosen = next((choice for choice in choices if choice.segments == 1 << side_log2 - step_log2), None)
         if chosen is None:
             return None
@@ -190,11 +191,14 @@ def _over(patches: layout.Patches, post: tuple[float, float]) -> int | None:
     return int(found[0]) if len(found) else None
 
 
-def _ridge(surface: RingsSelector, post: tuple[float, float]) -> tuple[float, float]:
+def _ridge(surface: RingsSelector, selection: Selection, post: tuple[float, float]) -> tuple[float, float]:
     """World metres of the ridge that hides a column and row."""
+    camera = selection.hiding.camera
+    assert camera
     heightmap = surface.terrain.heightmap
     east, north = heightmap.spacing_m
-    x, y = surface.ridge_before(post[0] * east, (heightmap.rows - 1 - post[1]) * north)
+    place = post[0] * east, (heightmap.rows - 1 - post[1]) * north
+    x, y = ridge_before(surface.horizon_of(selection), heightmap, camera, *place)
     true_east, true_north = heightmap.ground_spacing_m  # with exaggerated relief, `spacing_m` is smaller
     return x * true_east / east, y * true_north / north
 

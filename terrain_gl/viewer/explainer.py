@@ -122,11 +122,9 @@ class Explainer:
         renderer = self._scene.renderer
         spec = self._scene.frame_spec()
         side = self._pointer.side_at(x)
-        self._painter.choose_levels(renderer, spec, side)
-        self.explanation = renderer.inspector.explain(float(place[0]), float(place[1]))
+        mesh = self._painter.mesh_of(renderer, spec, side)
+        self.explanation = renderer.inspector.explain(float(place[0]), float(place[1]), mesh)
         self.error_box = error_box.read(renderer, self.explanation) if self.explanation else None
-        if side:
-            self._painter.choose_levels(renderer, spec, 0)
         if self.explanation is None:
             self._window.say(_no_explanation(spec.sides[side].method))
 

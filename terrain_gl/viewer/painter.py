@@ -19,6 +19,7 @@ import moderngl
 
 from ..basics.steps import Steps, drain
 from ..renderer import Renderer
+from ..renderer.frame import DrawnFrame
 from ..renderer.names import Label
 from ..renderer.options import LOOSEST_PX, FrameOptions
 from ..renderer.overlay import Overlay
@@ -47,6 +48,7 @@ class Painter:
         self.frame = FrameStats("", (0, 0))  # numbers of the last picture
         self.side_stats: list[dict[str, Any]] = []  # numbers of each side of the last picture
         self.side_measured: list[dict[str, float]] = []  # achieved error by metric; none until all sides are measured
+        self.meshes: list[DrawnFrame] = []  # of each side of the last picture
         self.drawn: FrameSpec | None = None  # what the canvas shows; None if the canvas is out of date
         self.has_picture = False  # whether the canvas shows anything
         self.overlays: tuple[Overlay, ...] = ()  # of the map, for their names
@@ -73,6 +75,7 @@ class Painter:
     def forget(self, at_once: bool = False) -> None:
         """Note that the land or its light has changed; `at_once`: show that in the next frame, if necessary coarser."""
         self.drawn = None
+        self.meshes = []
         if at_once:
             self._asked = None
         self.interrupt()
@@ -87,11 +90,19 @@ class Painter:
 
     # --- Its state ----------------------------------------------------------------------------------------------------
 
-    def choose_levels(self, renderer: Renderer, spec: FrameSpec, side: int) -> dict[str, Any]:
-        """Let the renderer choose the mesh of one side in full size; returns its stats."""
+    def mesh_of(self, renderer: Renderer, spec: FrameSpec, side: int) -> DrawnFrame:
+        """The mesh of one side in full size: that of the picture, if it has this size."""
+        if self.drawn == spec and self.frame.way.is_full:
+            return self.meshes[side]
+        return self.choose_mesh(renderer, spec, side)
+
+    def choose_mesh(self, renderer: Renderer, spec: FrameSpec, side: int) -> DrawnFrame:
+        """Let the renderer choose the mesh of one side in full size."""
         self.interrupt()
         _resize(renderer, spec.size)
-        return renderer.choose(spec.camera, **vars(spec.sides[side]))
+        renderer.choose(spec.camera, **vars(spec.sides[side]))
+        assert renderer.inspector.frame
+        return renderer.inspector.frame
 
     def is_busy(self, spec: FrameSpec) -> bool:
         under_way = self._painting is not None or self._measuring is not None
@@ -170,12 +181,16 @@ class Painter:
     def _draw_steps(self, renderer: Renderer, spec: FrameSpec, way: Way, gradual: bool = True) -> Steps[None]:
         """Draw all sides; yields progress from 0 to 1 for each side."""
         _resize(renderer, spec.size, way)
-        stats = []
+        drawn: list[DrawnFrame] = []
         for side in _last_first(spec):
             options = vars(_hurried(spec.sides[side], way))
-            stats.append((yield from renderer.draw_steps(spec.camera, gradual=gradual, **options)))
+            earlier = self.meshes[side] if side < len(self.meshes) else None
+            yield from renderer.draw_steps(spec.camera, gradual=gradual, earlier=earlier, **options)
+            assert renderer.inspector.frame
+            drawn.insert(0, renderer.inspector.frame)
             self.canvas.compose(renderer, spec.size, *spec.part(side))
-        self._note(spec, stats[::-1], way, renderer)
+        self.meshes = drawn
+        self._note(spec, [frame.stats for frame in drawn], way, renderer)
 
     def _sketch(self, renderer: Renderer, spec: FrameSpec) -> None:
         """Draw a preview of a new split: each side by its method, small, in a plain style.
@@ -211,7 +226,7 @@ class Painter:
             self._painting = None
             self._drawn_s = now_s
             return True
-        return (measure and self._measure(renderer, spec)) or was_moving
+        return (measure and self._measure(renderer)) or was_moving
 
     def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], way: Way, renderer: Renderer) -> None:
         if self.frame.is_preview:
@@ -237,24 +252,22 @@ class Painter:
         self.history.add(stats[0])
         self._budget.note(sum(map(drawing_ms, stats)), way)
 
-    def _measure(self, renderer: Renderer, spec: FrameSpec) -> bool:
+    def _measure(self, renderer: Renderer) -> bool:
         """Measure one block of posts; returns whether the measurement is now complete."""
         if not self._unmeasured:
             return False
-        self._measuring = self._measuring or self._measure_steps(renderer, spec)
+        self._measuring = self._measuring or self._measure_steps(renderer)
         next(self._measuring, None)
         return not self._unmeasured
 
-    def _measure_steps(self, renderer: Renderer, spec: FrameSpec) -> Steps[None]:
-        """Measure each side; yields progress from 0 to 1 for each. The first side is last, so its mesh stays chosen."""
+    def _measure_steps(self, renderer: Renderer) -> Steps[None]:
+        """Measure each side; yields progress from 0 to 1 for each."""
         measured = []
-        for side in _last_first(spec):
-            if len(spec.sides) > 1:
-                renderer.choose(spec.camera, **vars(spec.sides[side]))
-            achieved = yield from renderer.inspector.measure_steps(MEASURED_POSTS)
+        for mesh in self.meshes:
+            achieved = yield from renderer.inspector.measure_steps(MEASURED_POSTS, mesh)
             measured.append({"max": achieved.max_px, "rms": achieved.rms_px})
-        self.side_measured = measured[::-1]
-        self.frame.measured_px = measured[-1]
+        self.side_measured = measured
+        self.frame.measured_px = measured[0]
         if (px := self.frame.achieved_px) is not None:
             self.history.add_measured(px)
         self._unmeasured = False
@@ -267,7 +280,7 @@ def _kind(spec: FrameSpec) -> Kind:
 
 
 def _last_first(spec: FrameSpec) -> range:
-    """The order of drawing: the first side comes last, so that the renderer then measures and explains it."""
+    """The order of drawing: the first side comes last, so that its labels can be asked of the renderer."""
     return range(len(spec.sides) - 1, -1, -1)
 
 

@@ -202,13 +202,13 @@ class Saver:
         renderer = self._scene.renderer
         spec = self._scene.frame_spec()
         with self._for_a_file():
-            stats = self._painter.choose_levels(renderer, spec, 0)
-        triangles = renderer.triangles()
+            shown = self._painter.choose_mesh(renderer, spec, 0)
+        triangles = renderer.inspector.triangles(shown)
         if not len(triangles):
             self._window.say("no triangles in this view: turn the camera")
             return
-        heights = renderer.inspector.drawn_heights()
-        missing = len(stats.get("tiles_missing", ()))
+        heights = renderer.inspector.drawn_heights(shown)
+        missing = len(shown.stats.get("tiles_missing", ()))
         lacks = f"; not complete: {missing} tiles are missing" if missing else ""
         with self._told():
             drawn = heights * np.float32(spec.sides[0].exaggeration)
