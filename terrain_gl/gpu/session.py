@@ -2,7 +2,8 @@
 
 Several renderers may exist at the same time, each with its own context, beside contexts of other libraries. OpenGL
 calls go to the context that is current in the thread. So every public method enters its session first and leaves it at
-the end (`in_session`), and every generator does so in each step (`steps_in_session`). Whatever was current before, and
+the end (`in_session`), and every generator does so in each step (`steps_in_session`). Methods that take all steps of a
+generator have one `turn` for them, so that no other thread draws between the steps. Whatever was current before, and
 all state in a context of the caller, is then as it was, also after an exception.
 """
 
@@ -100,10 +101,7 @@ class Session:
         TerrainError
             The session has been released, belongs to another process, or its context cannot be current in this thread.
         """
-        if self._process != os.getpid():
-            raise TerrainError("this renderer was made before a fork; start processes with spawn")
-        if self._released:
-            raise TerrainError("this renderer has been released: make another one")
+        self._check()
         door = self._door
         door.lock.acquire()
         try:
@@ -114,6 +112,19 @@ class Session:
         except BaseException:
             door.lock.release()
             raise
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Keep other threads out of the context during several steps. Each step enters and leaves by itself."""
+        self._check()  # first: after a fork, the lock may be held by a thread that is not there
+        with self._door.lock:
+            yield
+
+    def _check(self) -> None:
+        if self._process != os.getpid():
+            raise TerrainError("this renderer was made before a fork; start processes with spawn")
+        if self._released:
+            raise TerrainError("this renderer has been released: make another one")
 
     def _make_current(self, door: _Door) -> tuple[Current | None] | None:
         """Make the context current; returns what was current before, or None if nothing changes."""

@@ -138,7 +138,8 @@ class Editor:
         Edits are correct without this, but slower: the first edit copies the map, and an edit that leaves the
         quantisation range rebuilds all tables. Exceptions are those of `headroom_steps`.
         """
-        drain(self.headroom_steps(up_m, down_m))
+        with self.session.turn():
+            drain(self.headroom_steps(up_m, down_m))
 
     @steps_in_session
     def headroom_steps(self, up_m: float, down_m: float = 0.0) -> Steps[None]:

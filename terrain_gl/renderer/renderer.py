@@ -207,7 +207,8 @@ class Renderer:
             An argument outside its range.
         """
         steps = self.render_steps(camera, max_error_px, size, exact, fine=fine, gradual=False, **options)
-        return drain(steps, progress)
+        with self.session.turn():
+            return drain(steps, progress)
 
     def render_steps(
         self,
@@ -258,7 +259,8 @@ class Renderer:
         **options: Unpack[OtherOptions],
     ) -> dict[str, Any]:
         """Like `render`, but the picture stays on the GPU (`picture`); returns the stats."""
-        return drain(self.draw_steps(camera, max_error_px, size, fine, receive, False, exact, **options))
+        with self.session.turn():
+            return drain(self.draw_steps(camera, max_error_px, size, fine, receive, False, exact, **options))
 
     @steps_in_session
     def draw_steps(
@@ -508,7 +510,8 @@ class Renderer:
 
     def rebuild(self, progress: Progress | None = None) -> None:
         """Make the bounds of an edited store exact. A map in memory needs no rebuild. See `Editor.rebuild_steps`."""
-        drain(self.editor.rebuild_steps(), progress)
+        with self.session.turn():
+            drain(self.editor.rebuild_steps(), progress)
 
     def save_edits(self, path: str | os.PathLike[str]) -> None:
         """Write the edits of a store, .tif or .npz: see `files.edits.write_edits`."""
