@@ -66,8 +66,7 @@ class Program:
         self.framebuffer.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = self.depth
-        if self.zero_to_one:
-            calls(self.ctx).ClipControl(0x8CA1, 0x935F)
+        calls(self.ctx).ClipControl(0x8CA1, 0x935F if self.zero_to_one else 0x935E)  # also after tests without a session
         vao.render(moderngl.TRIANGLES)
         calls(self.ctx).ClipControl(0x8CA1, 0x935E)  # the default
         vao.release()
