@@ -66,7 +66,8 @@ class Program:
         self.framebuffer.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = self.depth
-        calls(self.ctx).ClipControl(0x8CA1, 0x935F if self.zero_to_one else 0x935E)  # also after tests without a session
+        # tests without a session leave another one
+        calls(self.ctx).ClipControl(0x8CA1, 0x935F if self.zero_to_one else 0x935E)
         vao.render(moderngl.TRIANGLES)
         calls(self.ctx).ClipControl(0x8CA1, 0x935E)  # the default
         vao.release()
