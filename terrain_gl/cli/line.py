@@ -15,23 +15,30 @@ from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
 from ..renderer.options import FrameOptions
-from . import options, stores
+from ..renderer.overlay import Overlay
+from . import options, overlays, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
-_FILES = ("sky", "material", "drape", "edits")  # options that name files
+_FILES = ("sky", "material", "drape", "edits", "overlay")  # options that name files
 
 
 def command_line(
-    heightmap: Heightmap, camera: Camera, size: tuple[int, int], chosen: FrameOptions, output: str = "picture.png"
+    heightmap: Heightmap,
+    camera: Camera,
+    size: tuple[int, int],
+    chosen: FrameOptions,
+    output: str = "picture.png",
+    laid: tuple[Overlay, ...] = (),
 ) -> str:
     """The `terrain-gl shot` command that draws a view again, without options that have their default values.
 
-    The command is for a POSIX shell. It writes a picture of `size` (width, height) to the file `output`.
+    The command is for a POSIX shell. It writes a picture of `size` (width, height), with the overlays `laid`, to the
+    file `output`.
 
     Raises
     ------
     UsageError
-        The map was not opened from a file, or was edited since.
+        The map or an overlay was not opened from a file, or the map was edited since.
     """
     if heightmap.opened is None and not heightmap.is_store:
         raise UsageError(f"{heightmap.name} differs from its file: save it, and open that file")
@@ -57,8 +64,14 @@ def command_line(
             told["z_scale"], told["z_offset_m"] = heightmap.scales
     if edited:
         told["edits"] = edited.saved_as
+    if not all(overlay.path for overlay in laid):
+        raise UsageError("an overlay is in no file: save it as GeoJSON, and open that file")
+    if laid:
+        told |= {"overlay": [overlay.path for overlay in laid], "labels": laid[0].label}
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
     told |= {name: value for name, value in vars(chosen).items() if value != getattr(FrameOptions(sun=sun), name)}
+    if chosen.contour_m and chosen.units != "m":  # a number alone would be in `units`
+        told["contour_m"] = f"{chosen.contour_m!r}m"
     return shlex.join(["terrain-gl", "shot", path, "-o", output, *_words(told | {"size": size})])
 
 
@@ -68,6 +81,7 @@ def _words(told: dict[str, Any]) -> list[str]:
     options.add_map_options(command)
     options.add_rendering(command)
     stores.add_options(command)
+    overlays.add(command)
     if parameters := told.pop("parameters", None):
         told |= _parameter(parameters)
     values = {name: value for name, value in told.items() if value is not None and name != "cull"}
@@ -75,8 +89,9 @@ def _words(told: dict[str, Any]) -> list[str]:
     for option in command._actions:
         name = option.option_strings[-1].removeprefix("--") if option.dest == "parameters" else option.dest
         value = values.pop(name, option.default)
-        if value != option.default:
-            words += [option.option_strings[-1], *_text(option.dest, value)]
+        for each in value if isinstance(value, list) else [value]:
+            if each != option.default:
+                words += [option.option_strings[-1], *_text(option.dest, each)]
     if values:
         raise UsageError(f"shot has no option for {', '.join(values)}")
     return words

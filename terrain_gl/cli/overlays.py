@@ -64,7 +64,7 @@ def of(asked: LaidOptions, heightmap: Heightmap, silent: bool = False) -> tuple[
     """The lines and points of `--overlay`; unless `silent`, a note names each file of which nothing is drawn."""
     laid = tuple(read_overlay(path, heightmap, asked.labels) for path in asked.overlay)
     if asked.labels == NO_LABELS:
-        laid = tuple(overlay._replace(names=()) for overlay in laid)
+        laid = tuple(overlay._replace(names=(), label=NO_LABELS) for overlay in laid)
     for path, overlay in zip(asked.overlay, laid, strict=True):
         if not silent and not is_on_map(overlay, heightmap):
             has = "lies off the map" if overlay.lines or len(overlay.points) else "has no lines and no points"

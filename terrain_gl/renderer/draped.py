@@ -11,7 +11,7 @@ from ..heightmap import Heightmap
 from ..image import linear_from_srgb
 from ..readers.raster import INSTALL_GEO, has_rasterio
 from ..shade.picture import Picture
-from .lines import Color, Line, Lines, leg, posts_on_land
+from .lines import Color, Lines, leg, posts_on_land
 from .overlay import PLAIN, Overlay
 
 Wide = tuple[np.ndarray, Color, float]  # a line, its colour, and its width in usual widths
@@ -30,7 +30,7 @@ class OverlayLines:
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         self._lines: Lines | None = None
-        self._of: tuple[tuple[Overlay, ...], int] = (), 0  # the overlays and number of edits that `_draped` shows
+        self._of: list[object] = []  # the overlays, the map and its number of edits that `_draped` shows
         self._draped: list[list[Wide]] = []
         self.drawn: list[int] = []  # for each overlay, the number of samples that it has drawn since `begin`
 
@@ -41,9 +41,10 @@ class OverlayLines:
     def draw(self, overlays: tuple[Overlay, ...], picture: Picture, eye: Camera, piece: Piece) -> None:
         """Draw over a piece. In pictures of more than 720 rows, lines are wider, so that they look the same."""
         terrain = picture.terrain
-        if self._of[0] is not overlays or self._of[1] != terrain.edits:
-            self._of = (overlays, terrain.edits)
-            self._draped = [_lines_of(each, i, terrain.heightmap) for i, each in enumerate(overlays)]
+        now = [overlays, terrain.heightmap, terrain.edits]
+        if not self._of or any(new is not old for new, old in zip(now, self._of, strict=True)):
+            self._of = now
+            self._draped = [polylines(each, i, terrain.heightmap) for i, each in enumerate(overlays)]
         self._lines = self._lines or Lines(self.ctx, picture.samples)
         width_px = piece.fine * WIDTH_PX * max(1.0, piece.picture[1] / 720)
         for i, lines in enumerate(self._draped):
@@ -58,19 +59,14 @@ class OverlayLines:
             self._lines.release()
 
 
-def draped(overlays: tuple[Overlay, ...], heightmap: Heightmap) -> list[Line]:
-    """The overlays as polylines in world metres, each overlay in a colour of its own."""
-    return [line[:2] for i, overlay in enumerate(overlays) for line in _lines_of(overlay, i, heightmap)]
-
-
 def is_on_map(overlay: Overlay, heightmap: Heightmap) -> bool:
     """Whether any part of an overlay may be on the map."""
     legs = (line[i : i + 2] for line in overlay.lines for i in range(len(line) - 1))
     return any(_is_near(each, heightmap) for each in (*overlay.points[:, None], *legs))
 
 
-def _lines_of(overlay: Overlay, number: int, heightmap: Heightmap) -> list[Wide]:
-    """An overlay's polylines in their own colours, or in the colour of its number."""
+def polylines(overlay: Overlay, number: int, heightmap: Heightmap) -> list[Wide]:
+    """An overlay's polylines in world metres, in their own colours, or in the colour of its number."""
     radius = RING_POSTS * max(heightmap.cols, heightmap.rows)
     around = radius * np.stack([np.cos(_TURN), np.sin(_TURN)], -1)
     rings = [point + around if _is_near(point[None], heightmap) else None for point in overlay.points]

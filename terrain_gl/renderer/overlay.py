@@ -49,6 +49,8 @@ class Overlay(NamedTuple):
     names: tuple[str, ...] = ()  # of the points, "" for points without a name; empty if there are no names
     styles: tuple[Style, ...] = ()  # of the lines, then of the points; empty if there are none
     areas: tuple[tuple[tuple[np.ndarray, ...], Colour], ...] = ()  # rings of filled polygons, and their colours
+    path: str = ""  # the file that was read; "" if there is none
+    label: str = LABEL  # the property of a point that is its name
 
 
 def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overlay:
@@ -86,6 +88,8 @@ def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overl
             tuple(point.name for point in points),
             tuple(shape.style for shape in (*lines, *points)),
             tuple((tuple(rings), colour) for rings, colour in areas.values()),
+            os.fspath(source) if isinstance(source, str | os.PathLike) else "",
+            label,
         )
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         words = f"{_words(error)} is missing" if isinstance(error, KeyError) else _words(error)

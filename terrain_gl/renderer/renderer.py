@@ -483,12 +483,12 @@ class Renderer:
         return place_seen(self._facts(self.inspector.frame), self.heightmap, column, row)
 
     @in_session
-    def labels(self, overlays: tuple[Overlay, ...] | None = None) -> list[Label]:
-        """The names of points in the last picture that no land hides; `overlays`: by default the renderer's own."""
+    def labels(self) -> list[Label]:
+        """The names of points in the last picture that no land hides."""
         if self._drawn is None:
             return []
         seen = self._look_again(*self._drawn)
-        return labels_seen(self.overlays if overlays is None else overlays, self.picture, *seen)
+        return labels_seen(self.overlays, self.picture, *seen)
 
     @in_session
     def contour_labels(self, contour_m: float | None, water_m: float | None = None, units: str = "m") -> list[Label]:

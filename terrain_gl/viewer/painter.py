@@ -22,7 +22,6 @@ from ..renderer import Renderer
 from ..renderer.frame import DrawnFrame
 from ..renderer.names import Label
 from ..renderer.options import LOOSEST_PX, FrameOptions
-from ..renderer.overlay import Overlay
 from .canvas import Canvas
 from .frame_budget import COARSEST, FULL, FrameBudget, Way
 from .frame_stats import FrameStats, History, drawing_ms, in_window_px, without_bounds
@@ -51,7 +50,6 @@ class Painter:
         self.meshes: list[DrawnFrame] = []  # of each side of the last picture
         self.drawn: FrameSpec | None = None  # what the canvas shows; None if the canvas is out of date
         self.has_picture = False  # whether the canvas shows anything
-        self.overlays: tuple[Overlay, ...] = ()  # of the map, for their names
         self.labels: list[Label] = []  # names and heights of contour lines in the picture; pixels of the window
         self._asked: FrameSpec | None = None
         self._announced: Kind = ()  # the kind of picture that was requested last
@@ -241,11 +239,7 @@ class Painter:
         self.frame.stats = stats[0]
         self.frame.way = way
         across, down = (n / own for n, own in zip(spec.size, renderer.picture.size, strict=True))
-        labels = renderer.labels(self.overlays)
-        if len({side.contour_m for side in spec.sides}) == 1:
-            first = spec.sides[0]
-            labels += renderer.contour_labels(first.contour_m, first.water_m, first.units)
-        self.labels = [each._replace(x=across * each.x, y=down * each.y) for each in labels]
+        self.labels = [each._replace(x=across * each.x, y=down * each.y) for each in labels_of(renderer, spec)]
         self.frame.measured_px = None
         self.side_measured = []
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
@@ -272,6 +266,13 @@ class Painter:
             self.history.add_measured(px)
         self._unmeasured = False
         self._measuring = None
+
+
+def labels_of(renderer: Renderer, spec: FrameSpec) -> list[Label]:
+    """Names, and heights of contours that all sides have, in the last picture."""
+    first = spec.sides[0]
+    same = len({side.contour_m for side in spec.sides}) == 1
+    return renderer.labels() + renderer.contour_labels(first.contour_m if same else None, first.water_m, first.units)
 
 
 def _kind(spec: FrameSpec) -> Kind:

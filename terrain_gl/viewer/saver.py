@@ -3,27 +3,30 @@
 import shlex
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from ..basics.steps import Steps, portion
+from ..camera.pieces import Piece
 from ..files.export import FORMATS, Mesh, land_mesh, write_mesh
+from ..files.furniture import name_stamps, stamp
 from ..files.records import json_text
 from ..film.path import CameraPath, Keyframe
 from ..film.path import FlightFrame as PathPose
 from ..film.record import FPS, Recorder
 from ..image import write_png
 from ..renderer.frame import Stats
+from ..renderer.names import Label
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
-from .painter import Painter
+from .painter import Painter, labels_of
 from .pose import Pose
 from .scene import FrameSpec, Scene
 from .window_state import Size
@@ -144,15 +147,25 @@ class Saver:
     def _drawn_steps(self, spec: FrameSpec) -> Steps[tuple[np.ndarray, list[Stats]]]:
         """Draw all sides in full size; returns the picture, (height, width, 4), and the stats of each side."""
         self._painter.interrupt()
+        renderer = self._scene.renderer
         picture = np.zeros((spec.size[1], spec.size[0], 4), np.uint8)
-        stats = []
+        stats: list[Stats] = []
+        seen: list[Label] = []  # by the first side, as in the window
+
+        def receive(piece: Piece, pixels: np.ndarray) -> None:
+            first, last = (round(edge * spec.size[0]) for edge in spec.part(len(stats)))
+            cols = slice(max(first, piece.cols.start), min(last, piece.cols.stop))
+            if cols.start < cols.stop:
+                picture[piece.rows, cols] = pixels[:, cols.start - piece.cols.start : cols.stop - piece.cols.start]
+            if not stats:
+                seen.extend(labels_of(renderer, spec))
+
         for side, options in enumerate(spec.sides):
             with self._for_a_file():
-                steps = self._scene.renderer.render_steps(spec.camera, size=spec.size, **vars(options))
-                frame = yield from portion(steps, side, len(spec.sides))
-            first, last = (round(edge * spec.size[0]) for edge in spec.part(side))
-            picture[:, first:last] = frame.image[:, first:last]
-            stats.append(frame.stats)
+                steps = renderer.draw_steps(spec.camera, size=spec.size, receive=receive, **vars(options))
+                stats.append(cast(Stats, (yield from portion(steps, side, len(spec.sides)))))
+        with suppress(TerrainError):  # there is no font
+            stamp(picture, 0, name_stamps(spec.size, seen))
         return picture, stats
 
     @contextmanager
@@ -301,11 +314,11 @@ class Saver:
     def copy_line(self) -> None:
         if not self.line_of:
             return
-        spec = self._scene.frame_spec(SIZES[self.size])
-        options = self._scene.settings.options
-        options = self._scene.drawable(options) if self._scene.is_paged else options
+        scene = self._scene
+        spec = scene.frame_spec(SIZES[self.size])
+        options = replace(spec.sides[0], chosen_for=None)
         with self._told():
-            line = self.line_of(self._scene.heightmap, spec.camera, spec.size, options)
+            line = self.line_of(scene.heightmap, spec.camera, spec.size, options, laid=scene.renderer.overlays)
             self.on_copy(line)
             self._window.say(f"copied: {line}", MESSAGE_S)
 

@@ -13,8 +13,7 @@ from ..gpu.passes import clear
 from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
 from ..renderer import Renderer
-from ..renderer.draped import draped, fills
-from ..renderer.lines import Line, Lines
+from ..renderer.lines import Lines
 from .alarm import Alarm
 from .brush_tool import BrushTool
 from .explainer import Explainer
@@ -88,7 +87,6 @@ class Viewer:
         self.lecture: Lecture | None = None
         self.lost: list[Path] = []  # recovery files of windows that ended by an error
         self._lines: Lines | None = None
-        self._draped: list[Line] | None = None  # the overlays; None if the land has changed
         self._moved_s: float | None = None
         self._asked_until_s = float("-inf")
 
@@ -124,15 +122,13 @@ class Viewer:
         never_wait(renderer)
         self._remember_map()
         self.painter.interrupt()
-        self._draped = None
         self.sculpting.new_map(None if is_preview else BrushTool(renderer))
         self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
         shown = opened.heightmap
         frame = FrameStats(Path(shown.name).name, (shown.cols, shown.rows), is_preview, is_preview and not opened.offer)
         self.painter.new_map(frame)
-        self.painter.overlays = () if is_preview else opened.overlays
-        renderer.picture.lighting.fills = fills(self.painter.overlays, renderer.heightmap)
+        renderer.overlays = () if is_preview else opened.overlays
         if before:
             before.release()
         if not replaces_preview:
@@ -209,7 +205,6 @@ class Viewer:
     def _edited(self, settled: bool) -> None:
         """Follow a change of the land; `settled`: the stroke is done."""
         self.painter.forget(at_once=True)
-        self._draped = None
         self.saver.map_changed()
         self.explainer.explanation = None
         if settled:
@@ -360,10 +355,7 @@ class Viewer:
         canvas = self.painter.canvas
         canvas.show(self.target, self._lens, self.settings.divider if self.settings.split else None)
         self.explainer.follow_cursor()
-        if self._draped is None:
-            self._draped = draped(scene.opened.overlays, scene.heightmap)
-        lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
-        if lines := [*self._draped, *lines]:
+        if lines := lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler):
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
             spec = scene.frame_spec()
             eye = spec.sides[0].seen(scene.heightmap, spec.camera)

@@ -4,10 +4,23 @@ import json
 import shlex
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from viewers import changed, drawn_at_once, later, light_is_up_to_date, load, seen, set_budget, settle, slow, swift
+from viewers import (
+    changed,
+    drawn_at_once,
+    hills,
+    later,
+    light_is_up_to_date,
+    load,
+    seen,
+    set_budget,
+    settle,
+    slow,
+    swift,
+)
 
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
@@ -16,6 +29,7 @@ from terrain_gl.film.path import CameraPath
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import FrameOptions
+from terrain_gl.renderer.overlay import read_overlay
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.saver import SIZES, free_path
@@ -204,11 +218,12 @@ def test_another_map_ends_a_recording(viewer, tmp_path, monkeypatch):
 def test_the_view_is_copied_as_a_command_line(viewer):
     settle(viewer)
     told = []
-    viewer.saver.line_of = lambda *view: told.append(view) or "terrain-gl shot hills"
+    viewer.saver.line_of = lambda *view, laid: told.append((*view, laid)) or "terrain-gl shot hills"
     viewer.saver.on_copy = told.append
     press(viewer, "y")
-    heightmap, camera, size, drawing = told[0]
+    heightmap, camera, size, drawing, laid = told[0]
     assert (camera, size, drawing) == (viewer.scene.controller.camera, (320, 200), viewer.settings.options)
+    assert laid == ()
     assert told[1] == "terrain-gl shot hills" and "shot hills" in viewer.window.message
 
 
@@ -230,6 +245,89 @@ def test_an_exaggerated_map_is_copied_as_a_command_line(viewer, tmp_path):
         viewer.scene.controller.eye[2] / 1.3, rel=1e-3
     )
     assert np.array_equal(Heightmap.open(words[2]).heights, viewer.scene.heightmap.heights)
+
+
+def feature(at, **properties):
+    kind = "Point" if np.ndim(at) == 1 else "LineString"
+    return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": at}}
+
+
+@pytest.fixture
+def laid(empty, tmp_path, monkeypatch):
+    """A window that shows a map of a file, with lines, a point with a name, contours in feet, and higher relief."""
+    rasterio = pytest.importorskip("rasterio")
+    monkeypatch.chdir(tmp_path)
+    about = {"width": 129, "height": 129, "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
+    place = rasterio.transform.from_origin(500000, 5000000, 10, 10)
+    with rasterio.open("hills.tif", "w", driver="GTiff", transform=place, **about) as file:
+        file.write(hills().heights.astype("f4")[None])
+    lon, lat = 15.0081, 45.1475  # the middle of the map
+    way = feature([[lon - 0.006, lat], [lon + 0.006, lat + 0.001]], stroke="#ff0000")
+    content = {"type": "FeatureCollection", "features": [way, feature([lon, lat - 0.002], peak="Summit")]}
+    Path("way.geojson").write_text(json.dumps(content))
+    heightmap = Heightmap.open("hills.tif")
+    overlay = read_overlay("way.geojson", heightmap, "peak")
+    opened = Opened(heightmap, Camera.default(heightmap), key="hills", camera_given=True, overlays=(overlay,))
+    empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), opened)
+    empty.settings.change_all(contour_m=20 * 0.3048, units="ft")
+    empty.exaggerate(1.5)
+    empty.saver.size = "large"
+    monkeypatch.setitem(SIZES, "large", (480, 300))
+    settle(empty)
+    return empty
+
+
+def saved(viewer):
+    """Save a picture."""
+    viewer.window.message = ""
+    press(viewer, "p")
+    while not viewer.window.message:
+        later(viewer)
+        viewer.saver.join()
+
+
+def test_the_saved_picture_and_that_of_the_copied_command_are_what_is_seen(laid, run):
+    assert {"Summit"} < {label.name for label in laid.painter.labels}
+    saved(laid)
+    told = []
+    laid.saver.line_of, laid.saver.on_copy = command_line, told.append
+    press(laid, "y")
+    assert told, laid.window.message
+    words = shlex.split(told[0])
+    assert words[words.index("--overlay") + 1] == str(Path("way.geojson").resolve())
+    assert words[words.index("--labels") + 1] == "peak"
+    assert run(*words[1:])[0] == 0
+    picture = load("hills-001.png")
+    assert np.array_equal(picture, load("picture.png"))
+    laid.scene.renderer.overlays = ()
+    laid.painter.forget()
+    saved(laid)
+    bare = load("hills-002.png")
+    label = next(each for each in laid.painter.labels if each.name.endswith(" ft"))
+    row, col = round(label.y * 300 / 200), round(label.x * 480 / 320)
+    assert np.array_equal(picture[row - 3 : row + 3, col - 5 : col + 5], bare[row - 3 : row + 3, col - 5 : col + 5])
+    off = np.abs(picture.astype(int) - bare).max(-1) > 30
+    red = np.abs(picture.astype(int) - [255, 0, 0]).max(-1) < 60
+    assert red.sum() > 100 and (off & ~red).sum() > 100, "the line, and the name with its ring"
+
+
+def test_a_film_shows_overlays_and_names(laid, monkeypatch):
+    monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")  # pictures
+    saved(laid)
+    press(laid, "r")
+    for _ in range(5):
+        later(laid, 0.1)
+    press(laid, "r")
+    finish(laid)
+    frames = [load(path) for path in sorted(Path("hills-001").iterdir())]
+    assert len(frames) > 2 and all(np.array_equal(frame, load("hills-001.png")) for frame in frames)
+
+
+def test_an_overlay_without_a_file_is_told(laid):
+    laid.scene.renderer.overlays = tuple(each._replace(path="") for each in laid.scene.opened.overlays)
+    laid.saver.line_of = command_line
+    press(laid, "y")
+    assert "an overlay is in no file" in laid.window.message
 
 
 def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monkeypatch):
