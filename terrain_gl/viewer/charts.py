@@ -24,10 +24,11 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     records = list(painter.history.records)
     if not frame.stats:
         return
-    timer, sentence = clock(frame.stats)
-    ui.line("Frame", UNKNOWN if frame.is_sketch else _frame_words(frame, timer))
+    ui.line("Frame", UNKNOWN if frame.is_sketch else _frame_words(frame))
     _bars(ui, records)
-    ui.hint("frame", f"Milliseconds of the last frames, {sentence}: blue: levels, orange: draw, green: shade.")
+    ui.hint(
+        "frame", f"Milliseconds of the last frames, {clock(frame.stats)}: blue: levels, orange: draw, green: shade."
+    )
     counted = f"{frame.stats['triangles']:,} in {frame.stats['patches']:,} patches"
     ui.line("Triangles", UNKNOWN if frame.is_sketch else counted)
     _line(ui, [record.triangles for record in records])
@@ -42,10 +43,12 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     ui.line(controller.mode.capitalize(), f"{height}, {metres(controller.speed_m_s)}/s")
 
 
-def _frame_words(frame: FrameStats, timer: str) -> str:
-    rate = "at rest" if frame.fps is None else f"{frame.fps:.{1 if frame.fps < 10 else 0}f} frames/s"
-    words = [rate, frame.way.words(frame.stats["requested_max_error_px"] is not None)]
-    return f"{seconds(drawing_ms(frame.stats))} {timer}, {', '.join(filter(None, words))}"
+def _frame_words(frame: FrameStats) -> str:
+    """Rate or time, and how the picture differs from one at rest: together they must fit into the panel."""
+    if frame.fps is None:
+        return f"{seconds(drawing_ms(frame.stats))}, at rest"
+    way = frame.way.words(frame.stats["requested_max_error_px"] is not None)
+    return ", ".join(filter(None, (f"{frame.fps:.{1 if frame.fps < 10 else 0}f} frames/s", way)))
 
 
 def error_words(frame: FrameStats) -> str:
@@ -55,7 +58,7 @@ def error_words(frame: FrameStats) -> str:
     bound = bound_words(frame.stats, ".3f")
     if "complete" in frame.stats:  # of a store: its truth is on a disk, so no error is measured
         missing = len(frame.stats["tiles_missing"])
-        return f"{bound}, " + (f"missing tiles: {missing:,}" if missing else "complete")
+        return f"{bound}, " + (f"missing tiles: {missing:,}" if missing else "all tiles loaded")
     achieved = "…" if frame.achieved_px is None else f"{frame.achieved_px:.3f} px"
     return f"achieved {achieved}, {bound}"
 

@@ -74,7 +74,7 @@ def reasons(patch: Explanation) -> list[str]:
 
 
 def _place(place: tuple[float, float]) -> str:
-    return f"x {place[0]:,.0f} m, y {place[1]:,.0f} m"
+    return f"{place[0]:,.0f} m east, {place[1]:,.0f} m north of the corner"
 
 
 def side_line(options: FrameOptions, stats: Stats, is_preview: bool, measured_px: dict[str, float] | None) -> str:
@@ -93,7 +93,7 @@ def _error_m(patch: Explanation, choice: Choice) -> float:
 
 def _verdict(patch: Explanation, choice: Choice) -> str:
     if choice == patch.chosen:
-        return "drawn"
+        return "chosen, hidden" if patch.hidden_by else "drawn"
     if choice.px > patch.tolerance_px:
         return "too coarse"
     finer = patch.choices.index(choice) > patch.choices.index(patch.chosen)

@@ -66,14 +66,14 @@ def drawing_ms(stats: dict[str, Any]) -> float:
     return sum(stats["ms"].get(stage, 0.0) for stage in STAGES)
 
 
-def clock(stats: dict[str, Any]) -> tuple[str, str]:
-    """The clock that measured the milliseconds, in a word and in a phrase."""
+def clock(stats: dict[str, Any]) -> str:
+    """The clock that measured the milliseconds."""
     if stats["ms_clock"] == "cpu":
-        return "CPU", "by the CPU's clock: this driver has no timer queries"
+        return "by the CPU's clock: this driver has no timer queries"
     renderer = stats["gl_renderer"].split()[0]
     if renderer in gl.SOFTWARE:
-        return renderer, f"by timer queries of {renderer}, which draws on the CPU"
-    return "GPU", "by the GPU's own clock (timer queries)"
+        return f"by timer queries of {renderer}, which draws on the CPU"
+    return "by the GPU's own clock (timer queries)"
 
 
 def seconds(ms: float) -> str:

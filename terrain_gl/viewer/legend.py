@@ -25,12 +25,12 @@ PALE = tuple((0.5 + 0.5 * r, 0.5 + 0.5 * g, 0.5 + 0.5 * b) for r, g, b in VIRIDI
 VISIBLE = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.93, 0.93, 1.0), (0.93, 0.93, 0.0))
 
 COLOURS = {  # meaning of the colours of the land, by style
-    "shaded": "light",
-    "lod": "levels: spacing of vertices",
-    "segments": "segments of each patch",
-    "cracks": "cracks, without agreement on edges",
-    "promise": "certified bound of each patch",
-    "error": "error of each pixel",
+    "shaded": "shaded: light",
+    "lod": "lod: spacing of vertices",
+    "segments": "segments: of each patch",
+    "cracks": "cracks: no agreement on edges",
+    "promise": "promise: bound of each patch",
+    "error": "error: of each pixel",
 }
 
 

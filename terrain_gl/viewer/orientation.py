@@ -30,9 +30,9 @@ def scale_bar(controller: Controller, size: Size, longest_px: float) -> tuple[fl
 def place_lines(heightmap: Heightmap, place: np.ndarray) -> list[str]:
     """A place as text: height, degrees, and coordinates of the map's file; or metres from the south-west corner."""
     x, y, z = (float(v) for v in place)
-    height = f"height {z:.0f} m" if heightmap.range_m[1] >= 100 else f"height {z:.2f} m"
+    height = f"height {z:,.0f} m" if heightmap.range_m[1] >= 100 else f"height {z:.2f} m"
     if heightmap.place is None:
-        return [height, f"{x:.0f} m east, {y:.0f} m north of the corner"]
+        return [height, f"{x:,.0f} m east, {y:,.0f} m north of the corner"]
     east, north = heightmap.place.to_map(x, y)
     try:
         lonlat = [degrees(*heightmap.place.to_lonlat(x, y))]

@@ -63,7 +63,7 @@ class PictureSection:
             ui.imgui.text_disabled("The sky image has its own sun.")
             return
         azimuth, elevation = options.sun[0] % 360, options.sun[1]
-        form = "%.1f h" if options.sun == _sun_at(self._hour, latitude_deg) else "as below"
+        form = "%.1f h" if options.sun == _sun_at(self._hour, latitude_deg) else "set by hand"
         hint = "The sun on a day of August, at the latitude of the map; of the Alps if the map gives none."
         hour = ui.slide("time of day", self._hour, (4.0, 20.0), hint, form)
         turned = ui.slide("sun azimuth", azimuth, (0.0, 360.0), _AZIMUTH, "%.0f°")

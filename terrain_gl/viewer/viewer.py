@@ -233,7 +233,11 @@ class Viewer:
         self.painter.light.stop()
         self.mouse.drag = ""
         words = str(error).split("\n")[0] or "no more is known"
-        line = words if isinstance(error, TerrainError) else f"an error in the program: {type(error).__name__}: {words}"
+        line = f"an error in the program: {type(error).__name__}: {words}"
+        if isinstance(error, TerrainError):
+            line = words
+        elif isinstance(error, OSError) and error.filename and error.strerror:  # of a file, such as a disk that is full
+            line = f"{error.filename}: {error.strerror.lower()}"
         if folder := self.sculpting.recovery.folder:
             note_error(error, folder)
         try:

@@ -74,7 +74,8 @@ def test_metres_read_well():
 def test_the_clock_is_named_after_what_measures():
     software = {"ms_clock": "gpu", "gl_renderer": "llvmpipe (LLVM 15.0.6, 256 bits)"}
     each = software, software | {"gl_renderer": "NVIDIA H200/PCIe"}, software | {"ms_clock": "cpu"}
-    assert [clock(stats)[0] for stats in each] == ["llvmpipe", "GPU", "CPU"]
+    words = "of llvmpipe", "GPU's", "no timer queries"
+    assert all(word in clock(stats) for word, stats in zip(words, each, strict=True))
 
 
 def test_the_measured_error_is_that_of_the_bound():

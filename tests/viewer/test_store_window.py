@@ -102,7 +102,7 @@ def test_a_store_is_shown_at_once_and_fills_in(shown):
     assert app.viewer.progress is None and app.viewer.tiles.note == ""
     assert app.viewer.scene.renderer.picture.lighting.missing == 0
     words = texts(app)
-    assert "complete" in words and "achieved" not in words
+    assert "all tiles loaded" in words and "achieved" not in words
     assert np.abs(seen(app) - coarse).max() > 20
 
 
