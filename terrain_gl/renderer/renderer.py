@@ -245,7 +245,7 @@ class Renderer:
         """What the pixels of the last picture show; in `receive`, those of the piece."""
         if self._drawn is None:
             raise TerrainError("there is no picture yet: draw one")
-        return facts_of(self.picture, self._drawn[0])
+        return facts_of(self.picture, self._look_again(*self._drawn)[0])
 
     def draw(
         self,
