@@ -168,3 +168,47 @@ def test_pictures_without_a_place_have_opacity_too(tmp_path):
     Image.fromarray(grey).save(tmp_path / "g.png")
     assert "0 to 2400 of 65535" in picture_notes(str(tmp_path / "g.png"), None)[0]
     assert float(read_ground(str(tmp_path / "g.png"), ONTO).max()) == 1
+
+
+_RANDOM = np.random.default_rng(3)
+_ACROSS = np.broadcast_to(np.arange(160), (120, 160))
+# values of a fourth band that the TIFF declares as opacity, and whether it is opacity
+FOURTH = {
+    "near infrared": (_RANDOM.integers(1, 200, (120, 160)), False),
+    "near infrared with a collar": (np.where(WEST, 0, _RANDOM.integers(1, 200, (120, 160))), False),
+    "none or full": (np.where(WEST, 0, 255), True),
+    "full": (np.full((120, 160), 255), True),
+    "a soft edge": (np.clip(9 * (_ACROSS - 40), 0, 255), True),
+    "one level": (np.full((120, 160), 128), True),
+}
+
+
+@pytest.mark.parametrize("name", FOURTH)
+@pytest.mark.parametrize("has_place", [True, False])
+def test_a_fourth_band_of_8_bits_is_opacity_by_its_values(tmp_path, name, has_place):
+    values, is_opacity = FOURTH[name]
+    bands = np.concatenate([RGB, values[None].astype(np.uint8)])
+    path = write(tmp_path / "p.tif", bands)
+    with rasterio.open(path) as file:
+        assert file.colorinterp[3] == C.alpha, "as GDAL writes four bands if nobody says what they are"
+    if not has_place:
+        Image.fromarray(np.moveaxis(bands, 0, -1)).save(path)
+    notes = picture_notes(path, None)
+    assert [("infrared" in note) for note in notes] == [True] * (not is_opacity)
+    albedo = read_ground(path, ONTO).astype(float)
+    share = values / 255 if is_opacity else np.ones((120, 160))
+    expected = linear_from_srgb(np.moveaxis(RGB, 0, -1)) * share[..., None]
+    np.testing.assert_allclose(albedo[..., :3], expected, atol=2e-3)
+    assert albedo.shape[2] == 3 or np.abs(albedo[..., 3] - share).max() < 2e-3
+    Image.fromarray(np.moveaxis(bands, 0, -1)).save(tmp_path / "p.png")
+    assert picture_notes(str(tmp_path / "p.png"), None) == ()
+    png = read_ground(str(tmp_path / "p.png"), ONTO)
+    np.testing.assert_allclose(png[..., 3], values / 255, atol=2e-3)
+
+
+@pytest.mark.parametrize("how", [{"photometric": "RGB"}, PLAIN, {"interp": [C.red, C.green, C.blue, C.nir]}])
+def test_a_fourth_band_that_is_not_declared_is_no_opacity(tmp_path, how):
+    bands = np.concatenate([RGB, FOURTH["near infrared with a collar"][0][None].astype(np.uint8)])
+    albedo = read_ground(write(tmp_path / "p.tif", bands, **how), ONTO)
+    np.testing.assert_allclose(albedo[..., :3], linear_from_srgb(np.moveaxis(RGB, 0, -1)), atol=2e-3)
+    assert (albedo[..., 3] == 1).all()

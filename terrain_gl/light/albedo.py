@@ -9,7 +9,7 @@ from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
 from ..readers.images import open_oiio
 from .ramps import Range
-from .tones import Tones, range_of
+from .tones import Tones, range_of, with_opacity
 
 MOST_SIDE = 8192  # texels of the texture that shading samples
 MOST_PIXELS = 1 << 29  # most pixels of a file
@@ -31,14 +31,15 @@ def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE, asked:
     raster = open_oiio(name, name)
     rows, cols, _ = raster.shape
     n = -(-max(rows, cols) // most_side)
-    channels = 4 if raster.has_alpha else 3
+    has_alpha = raster.has_alpha and tones.has_opacity
+    channels = 4 if has_alpha else 3
     albedo = np.zeros((-(-rows // n), -(-cols // n), channels), "f4" if n > 1 else "f2")
     with np.errstate(under="ignore"):  # the smallest half float is 6e-8
         for where, pixels in raster.blocks:
             if not np.isfinite(pixels).all():
                 raise TerrainError(f"{name}: has values that are not finite: correct the picture")
             colour = tones.linear(pixels[..., : len(tones.bands)])
-            if raster.has_alpha:
+            if has_alpha:
                 share = share_of(pixels[..., -1:])
                 colour = np.concatenate([np.broadcast_to(colour * share, (*share.shape[:2], 3)), share], -1)
             if n == 1:
@@ -63,12 +64,15 @@ def tones_in(path: str | os.PathLike[str], asked: Range | None = None) -> Tones:
         raise TerrainError(f"{name}: has {cols} x {rows} pixels, more than {MOST_PIXELS:,}: reduce the picture")
     bands = (1, 2, 3) if raster.colours >= 3 else (1,)
     values = np.zeros(0, raster.dtype)
+    declared = None
+    step = max(1, max(rows, cols) // _SAMPLES)
     with closing(raster.blocks):
         if not asked and raster.dtype != np.uint8:
-            step = max(1, max(rows, cols) // _SAMPLES)
             values = np.concatenate([p[::step, ::step, : len(bands)].ravel() for _, p in raster.blocks])
+        elif raster.dtype == np.uint8 and raster.has_alpha and name.lower().endswith((".tif", ".tiff")):
+            declared = np.concatenate([p[::step, ::step, -1].ravel() for _, p in raster.blocks])
     found, notes = range_of(values, None, asked)  # OpenImageIO scales 12 bits to 16
-    return Tones(bands, found, None, notes)
+    return with_opacity(Tones(bands, found, None, notes), declared)
 
 
 def share_of(opacity: np.ndarray, most: float | None = None) -> np.ndarray:

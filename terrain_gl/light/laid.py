@@ -202,9 +202,19 @@ def _laid(picture: Any, name: str, onto: Georeference, most_side: int, asked: Ra
         colour = np.where(covered > 0, tones.linear(pixels), 0) * covered
         return np.concatenate([np.broadcast_to(colour, (*covered.shape[:2], 3)), covered], -1)
 
-    laid = _resampled(picture, name, onto, most_side, tones.bands, weighted, tones.palette is not None)
+    with picture if tones.has_opacity else _without_opacity(picture) as read:
+        laid = _resampled(read, name, onto, most_side, tones.bands, weighted, tones.palette is not None)
     with np.errstate(under="ignore"):
         return laid.astype("f2")
+
+
+def _without_opacity(picture: Any) -> Any:
+    """The rasterio dataset of a picture's bands without the one that it declares as opacity."""
+    import rasterio
+
+    bands = ",".join(str(i + 1) for i, each in enumerate(picture.colorinterp) if each.name != "alpha")
+    with closed_environment():
+        return rasterio.open(f"vrt://{picture.name}?bands={bands}")
 
 
 def _resampled(

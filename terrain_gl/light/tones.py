@@ -20,6 +20,8 @@ _COLOURS = ("red", "green", "blue")
 _NANOMETRES = (660.0, 560.0, 480.0)
 _FARTHEST = 60.0  # nanometres from a band to its colour
 _NUMBERED = ("b04", "b03", "b02")  # Sentinel-2 and HLS
+_LEVELS = 32  # opacity has fewer levels between none and full, or few pixels there
+_INFRARED = "a band is declared as opacity, but has the values of a picture, as near infrared has: it is left out"
 _OTHERS = {"edge", "infra", "infrared", "near", "nir", "coastal", "i"}  # words of bands that are no colours
 
 
@@ -36,12 +38,15 @@ class Tones(NamedTuple):
         (n, 4) uint8 colours of indices, or None.
     notes
         For the user.
+    has_opacity
+        Whether an alpha band is opacity; in a TIFF, it may be near infrared.
     """
 
     bands: tuple[int, ...] = (1,)
     range: Range | None = None
     palette: np.ndarray | None = None
     notes: tuple[str, ...] = ()
+    has_opacity: bool = True
 
     def linear(self, pixels: np.ndarray) -> np.ndarray:
         """(rows, cols, 1 or 3) float32 albedo, 0 to 1."""
@@ -106,7 +111,30 @@ def tones_of(picture: Any, name: str, asked: Range | None, most_side: int) -> To
         size = len(bands), *(min(side, most_side) for side in picture.shape)
         values = picture.read(list(bands), out_shape=size, masked=True).compressed()
     found, words = range_of(values, int(bits) if bits else None, asked)
-    return Tones(bands, found, None, notes + words)
+    return with_opacity(Tones(bands, found, None, notes + words), _declared(picture, meanings, most_side))
+
+
+def with_opacity(tones: Tones, declared: np.ndarray | None) -> Tones:
+    """The tones of a picture whose opacity has these values of 8 bits, if they are opacity.
+
+    Many programs declare the fourth of four bands as opacity whatever it is. Opacity is none or full nearly everywhere,
+    or has few levels.
+    """
+    if declared is None:
+        return tones
+    between = declared[(declared > 0) & (declared < 255)]
+    if between.size < 0.5 * np.count_nonzero(declared) or len(np.unique(between)) < _LEVELS:
+        return tones
+    return tones._replace(notes=(*tones.notes, f"{_INFRARED}; as .png, it counts as opacity"), has_opacity=False)
+
+
+def _declared(picture: Any, meanings: list[str], most_side: int) -> np.ndarray | None:
+    """A sample of what a TIFF of 8 bits declares as opacity; None for other files, where only opacity is declared."""
+    if picture.driver != "GTiff" or "alpha" not in meanings or "?" in picture.name:  # see `laid._without_opacity`
+        return None
+    band = meanings.index("alpha") + 1
+    is_of_8_bits = picture.dtypes[band - 1] == "uint8"
+    return picture.read(band, out_shape=tuple(min(side, most_side) for side in picture.shape)) if is_of_8_bits else None
 
 
 def _colours(picture: Any, meanings: list[str]) -> tuple[tuple[int, ...], tuple[str, ...]]:
