@@ -45,6 +45,9 @@ def test_lesson_4_tables_of_maxima_are_exact():
     boxes = np.concatenate([low, np.minimum(low + rng.integers(1, 30, (100, 2)), (70, 50))], 1)
     true = np.array([errors[y0:y1, x0:x1].max() for x0, y0, x1, y1 in boxes])
     assert (rivals.largest(tables, boxes)[0] == true).all()
+    assert (rivals.largest_of_any(rivals.all_windows(errors), boxes) == true).all()
+    square = np.pad(errors, ((0, 78), (0, 58)))  # a pyramid has a power of two
+    assert (rivals.bound_of_nodes(rivals.pyramid(square), boxes) >= true).all()
     squares = np.concatenate([low // 2, low // 2 + rng.integers(8, 16, (100, 1))], 1)
     true = [errors[y0:y1, x0:x1].max() for x0, y0, x1, y1 in squares]
     assert (rivals.of_one_size(tables, 3, squares) == true).all() and rivals.largest(tables, squares)[1] <= 4
