@@ -117,15 +117,15 @@ class ErrorTables:
         for j in range(len(self.terrain.levels)):
             self._update_tables(j, posts)
 
-    def beside(self, terrain: Terrain) -> ErrorTables:
-        """Empty tables for another terrain. Build them; if both terrains have one size, `take` can exchange them."""
+    def empty_for(self, terrain: Terrain) -> ErrorTables:
+        """Empty tables for another terrain. Build them; if both terrains have one size, `swap` can exchange them."""
         other = copy(self)
         other.terrain = terrain
         other._reserve()
         return other
 
-    def take(self, other: ErrorTables) -> None:
-        """Exchange tables with the object that `beside` returned."""
+    def swap(self, other: ErrorTables) -> None:
+        """Exchange tables with the object that `empty_for` returned."""
         for name in _BUFFERS:
             mine, theirs = getattr(self, name), getattr(other, name)
             setattr(self, name, theirs)

@@ -33,7 +33,7 @@ def built(ctx, heightmap):
     terrain = Terrain(ctx, heightmap)
     if ctx not in compiled:
         compiled[ctx] = ErrorTables(terrain, build=False)
-    tables = compiled[ctx].beside(terrain)
+    tables = compiled[ctx].empty_for(terrain)
     tables.build()
     return terrain, tables
 
@@ -52,7 +52,7 @@ def test_tables_for_which_memory_ends_half_way_leave_nothing(ctx, monkeypatch, f
     before = tables.nodes.read()
     monkeypatch.setattr(gl, "reserve", short)
     with pytest.raises(TerrainError, match="no more"):
-        tables.beside(terrain)
+        tables.empty_for(terrain)
     assert len(made) == fails and all(isinstance(buffer.mglo, moderngl.InvalidObject) for buffer in made)
     assert tables.nodes.read() == before
     tables.release_tables()

@@ -132,16 +132,16 @@ class Thorough(RingsSelector):
         super()._run(name, *args, **uniforms)
 
     def _queue_all(self, over):
-        blocks, lists = self._buffers["blocks"], self._buffers["lists"]
+        blocks, queue_buffer = self._buffers["blocks"], self._buffers["odd_queue" if over % 2 else "even_queue"]
         work = np.frombuffer(blocks.read(), layout.RING_WORK, 1)[0].copy()
-        words = np.frombuffer(lists.read(), "u4").reshape(4, -1)
-        cells = np.frombuffer(self._buffers["cells"].read(), "u4").reshape(2, -1)[over % 2]
-        leaves, queue = words[0, : work["leaves"]["count"]], work["queue"][over % layout.RING_QUEUES]
-        queued = words[1 + over % 2, : queue["count"]]
+        units = np.frombuffer(self._buffers["units"].read(), "u4").reshape(2, -1)[over % 2]
+        leaves = np.frombuffer(self._buffers["leaves"].read(), "u4")[: work["leaves"]["count"]]
+        queue = work["queue"][over % layout.RING_QUEUES]
+        queued = np.frombuffer(queue_buffer.read(), "u4")[: queue["count"]]
         others = np.setdiff1d(leaves, queued & 0xFFFFFFF)
-        everything = np.concatenate([queued, others | (cells[others] >> 8 & 3) << 28]).astype("u4")
+        everything = np.concatenate([queued, others | (units[others] >> 8 & 3) << 28]).astype("u4")
         queue["count"], queue["groups"] = len(everything), -(-len(everything) // 64)
-        lists.write(everything.tobytes(), offset=words[0].nbytes * (1 + over % 2))
+        queue_buffer.write(everything.tobytes())
         blocks.write(work.tobytes())
 
 

@@ -152,7 +152,7 @@ class Watched(RingsSelector):
             data = self._buffers["blocks"].read()
             work = np.frombuffer(data, layout.RING_WORK, 1)[0]
             self.rounds = [(int(each["count"]), int(each["groups"])) for each in work["round"]]
-            self.words = np.frombuffer(self._buffers["cells"].read(), "u4").reshape(-1, 8, 8)
+            self.words = np.frombuffer(self._buffers["units"].read(), "u4").reshape(-1, 8, 8)
             self.blocks = np.frombuffer(data, layout.RING_BLOCK, offset=layout.RING_WORK.itemsize)
         super()._run(name, *args, **uniforms)
 
@@ -226,7 +226,7 @@ def test_cheapest_is_the_references(ctx, scene, seed):
     statement = "int k; vec2 best = cheapest(int(a.x), int(a.z), a.y, k); return vec4(best, k, 0.0);"
 
     asked, selector = np.column_stack([np.arange(50), prices, sides, prices]), scene.levels.of_passes
-    got = ask(ctx, "lod/rings/prices.glsl", statement, asked, offered={**selector, "Weights": buffer})
+    got = ask(ctx, "lod/rings/prices.glsl", statement, asked, offered={**selector, "SquaresPx2": buffer})
     for row, weight, side, price in zip(got, weights, sides, prices, strict=True):
         cost, segments_log2 = twin.cheapest(weight.astype("f8"), int(side), float(price))
         assert row[0] == pytest.approx(cost, rel=1e-5)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..gpu import layout
-from .patches import OfPatches
+from .patches import PatchSurface
 from .selection import Selection
 
 
@@ -19,7 +19,7 @@ def with_cracks(selection: Selection) -> Selection:
     A method without patches has no such edges: its mesh stays as it is, and its cracks are not counted.
     """
     surface = selection.surface
-    if not isinstance(surface, OfPatches):
+    if not isinstance(surface, PatchSurface):
         return replace(selection, certified_px=None)
     drawn = layout.Patches(*(each[: selection.patches] for each in surface.chosen(selection)))
     heightmap = surface.terrain.heightmap

@@ -26,7 +26,7 @@ from ..gpu import gl, layout
 from ..gpu.buffer_pool import BufferPool
 from ..gpu.passes import ComputePass
 from .goal import INFINITE_PX, Goal
-from .patches import BARRIER, OfPatches, patch_buffers
+from .patches import BARRIER, PatchSurface, patch_buffers
 from .selection import Selection
 
 TRUTH = 2  # segments along a cell's side: then the cell's centre lies on the bilinear surface
@@ -34,7 +34,7 @@ _SIDE_LOG2 = 5  # a square has at most 32 cells a side
 _GROUP = 64  # threads of a work group of glsl/lod/every_post.comp
 
 
-class EveryPost(OfPatches):
+class EveryPost(PatchSurface):
     """A `surface.Surface` of all cells in the picture; with `finer` = TRUTH, pictures show each cell cut in four."""
 
     def __init__(self, tables: ErrorTables, view: ViewBlock, finer: int = 1) -> None:

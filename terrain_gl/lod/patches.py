@@ -31,7 +31,7 @@ BARRIER = (
 )
 
 
-class OfPatches:
+class PatchSurface:
     """A `surface.Surface` of patches."""
 
     stages: Mapping[str, str] = MappingProxyType(
@@ -92,7 +92,7 @@ class OwnEdges:
         The patches with the edges that neighbours agreed on. Everything but `defines` is theirs.
     """
 
-    def __init__(self, agreed: OfPatches) -> None:
+    def __init__(self, agreed: PatchSurface) -> None:
         self.agreed = agreed
         self.defines = {**agreed.defines, "OWN_EDGES": 1}
 

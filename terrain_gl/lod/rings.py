@@ -34,7 +34,7 @@ from ..gpu.passes import NOTHING_MORE, ComputePass, Resources
 from . import budget
 from .goal import METRES, Goal
 from .hiding import FARTHEST, NO_HIDING, Hiding, hiding, horizon_texture, slopes_of
-from .patches import BARRIER, OfPatches, patch_buffers
+from .patches import BARRIER, PatchSurface, patch_buffers
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around, rings_in_picture
 from .selection import Selection
 from .surface import MeshBuffers
@@ -46,13 +46,13 @@ SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
 _UNITS = BLOCK_SIDE * BLOCK_SIDE
 _ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that differ between metrics and budgets
     "count": {"mean": {"MEAN": 1}},
-    "decide": {"few": {"PATCH_COST": budget.PATCH_COST}},
+    "decide": {"search": {"PATCH_COST": budget.PATCH_COST}},
     "weigh": {"mean": {"MEAN": 1, "FARTHEST": FARTHEST["rms"]}},
     "spend": dict.fromkeys(("budget", "mean"), {"PATCH_COST": budget.PATCH_COST}),
 }
 
 
-class RingsSelector(OfPatches):
+class RingsSelector(PatchSurface):
     """The passes, and the buffers in which they work. Each mesh has patches and draw commands of its own."""
 
     cuts_edges = True
@@ -67,7 +67,7 @@ class RingsSelector(OfPatches):
         self._last_stamp = 0
         # a software renderer runs eight threads at a time, and more threads cost more to start
         self._threads = 8 if gl.wants_few_groups(ctx) else 64
-        self._weights = ctx.buffer(reserve=4)
+        self._squares_px2 = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
         self._defines = {"THREADS": self._threads}
         self._horizon = horizon_texture(ctx, self.terrain.heightmap)
@@ -100,11 +100,11 @@ class RingsSelector(OfPatches):
         return self._choose(camera, size, near_m, goal)
 
     def _choose(
-        self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal, few: int | None = None
+        self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal, searched: int | None = None
     ) -> Selection:
         """Choose patches for a tolerance, a mean, or a budget of least squares.
 
-        `few` is a number of triangles: the tolerance is one of those tried for this budget, and a patch costs less.
+        `searched` is a budget of triangles, set while the search tries tolerances; patches then cost less.
         """
         self._settings = goal.settings
         self.view.write(self.terrain, camera, size, near_m, **self._settings)
@@ -120,8 +120,8 @@ class RingsSelector(OfPatches):
         if has_mean and (mesh := self._mean(rings(), goal)):
             return mesh
         if not triangles:
-            self._variant = "few" if few else "max"
-            return self._keep(rings(across_for(few)) if few else rings())
+            self._variant = "search" if searched else "max"
+            return self._keep(rings(across_for(searched)) if searched else rings())
         self._variant = "budget"
         for left_out in range(self.terrain.coarsest_ring):  # all rings together may need more triangles than allowed
             selection = self._spend(rings(across_for(triangles), left_out), triangles)
@@ -182,7 +182,7 @@ class RingsSelector(OfPatches):
     def _weigh(self, rings: list[Ring]) -> None:
         """Compute the squared error of every square: it does not depend on the price."""
         blocks = self._begin(rings)
-        self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
+        self._squares_px2 = gl.at_least(self.ctx, self._squares_px2, 4 * SQUARES * layout.SIZES * blocks)
         self._run("weigh", _work("seen"))
 
     def _at_price(self, rings: list[Ring], price: float) -> tuple[Selection, np.void]:
@@ -214,7 +214,7 @@ class RingsSelector(OfPatches):
     def release(self) -> None:
         """Release GPU resources."""
         self._horizon.release()
-        own: tuple[Any, ...] = self._rings, self._weights, self._patches, self._commands
+        own: tuple[Any, ...] = self._rings, self._squares_px2, self._patches, self._commands
         for resource in (*own, *self._buffers.values(), *self._kernels.values()):
             resource.release()
 
@@ -291,7 +291,10 @@ class RingsSelector(OfPatches):
             for r in range(over - AGREEING, over):  # later rounds use the queues of past rounds again
                 self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
         for r in range(over, over + AGREEING):
-            self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, priced=self._variant in PRICED)
+            queues = self._buffers["even_queue"], self._buffers["odd_queue"]
+            into = {"Queue": queues[r % 2] if r else self._buffers["leaves"], "NextQueue": queues[(r + 1) % 2]}
+            work = _work("queue", r % layout.RING_QUEUES)
+            self._run("agree", work, into=into, agreed=r, priced=self._variant in PRICED)
         return over + AGREEING
 
     @property
@@ -305,7 +308,7 @@ class RingsSelector(OfPatches):
             **own,
             **horizon,
             "Rings": self._rings,
-            "Weights": self._weights,
+            "SquaresPx2": self._squares_px2,
         }
 
     def _kernel(self, name: str) -> ComputePass:
@@ -339,8 +342,12 @@ class RingsSelector(OfPatches):
     def _reserve(self, blocks: int) -> None:
         sizes = {
             "blocks": layout.RING_WORK.itemsize + layout.RING_BLOCK.itemsize * blocks,
-            "cells": 2 * 4 * _UNITS * blocks,
-            "lists": 4 * 4 * _UNITS * blocks,
+            "units": 2 * 4 * _UNITS * blocks,
+            "leaves": 4 * _UNITS * blocks,
+            "even_queue": 4 * _UNITS * blocks,
+            "odd_queue": 4 * _UNITS * blocks,
+            "stamps": 4 * _UNITS * blocks,
+            "seen": 4 * blocks,
             "shapes": 8 * _UNITS * blocks,
             "summary": layout.RING_SUMMARY.itemsize + 4 * layout.SIZES * blocks,
         }
@@ -348,7 +355,7 @@ class RingsSelector(OfPatches):
             if name in self._buffers:
                 self._buffers[name].release()
             self._buffers[name] = self.ctx.buffer(reserve=size)
-        self._buffers["lists"].write(bytes(sizes["lists"]))  # no stamps yet
+        self._buffers["stamps"].write(bytes(sizes["stamps"]))  # none yet
         self._nothing = bytes(sizes["summary"])
         self._most_blocks = blocks
 

@@ -67,7 +67,7 @@ def _record_steps(
         part.voids = int(np.count_nonzero(void))
     terrain = Terrain(blank.ctx, part, blank.terrain, levels, filled=heights)
     try:
-        tables = blank.beside(terrain)
+        tables = blank.empty_for(terrain)
         try:
             for share in tables.node_steps(levels):
                 tables.ctx.finish()

@@ -172,7 +172,7 @@ class Editor:
         tables = None
         try:
             yield 0.0
-            tables = self.resources.tables.beside(terrain)
+            tables = self.resources.tables.empty_for(terrain)
             yield 0.0
             for share in tables.build_steps():
                 self._check_unedited(edits)
@@ -180,9 +180,9 @@ class Editor:
                 yield 0.9 * share
             self._check_unedited(edits)
             moved = terrain.base_m != mine.base_m  # heights are relative to this base
-            mine.take(terrain)
-            self.resources.tables.take(tables)
-        finally:  # after `take`, these objects hold the old tables; after a failure, the unfinished ones
+            mine.swap(terrain)
+            self.resources.tables.swap(tables)
+        finally:  # after `swap`, these objects hold the old tables; after a failure, the unfinished ones
             terrain.release()
             if tables:
                 tables.release_tables()

@@ -203,7 +203,7 @@ class Terrain:
         """The same posts with other heights, (rows, cols) metres, NaN for voids. Water keeps its place and height."""
         return Terrain(self.ctx, self.heightmap.copy(heights), self)
 
-    def take(self, other: Terrain) -> None:
+    def swap(self, other: Terrain) -> None:
         """Exchange quantisation ranges, textures and blocks with a copy from `with_headroom` or `with_range`."""
         mine, theirs = self.heightmap, other.heightmap
         mine.quantised_m, theirs.quantised_m = theirs.quantised_m, mine.quantised_m

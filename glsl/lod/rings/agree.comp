@@ -12,25 +12,31 @@
 
 layout(local_size_x = LEAF_GROUP) in;
 
+// Python swaps the two queues after each round. The queue of round 0 is the list of all leaves.
+layout(std430, binding = 8) buffer Queue { uint queued[]; };
+layout(std430, binding = 9) buffer NextQueue { uint queued_next[]; };
+// For each leaf, the last round for which it was queued. All stamps of earlier views are lower than u_first_stamp.
+layout(std430, binding = 10) buffer Stamps { uint stamp[]; };
+
 uniform bool u_priced;  // a price decides, and no tolerance: parts keep the spacing of the whole
 
 void append_leaf(int id) {
     uint k = atomicAdd(b_leaves.count, 1u);
-    list[k] = uint(id);
+    leaf_id[k] = uint(id);
     atomicMax(b_leaves.groups, k / uint(LEAF_GROUP) + 1u);
 }
 
-// Queue a leaf for a round, at most once. The leaf may be split before the round begins. So the entry also has the size
-// of the square that the leaf covers now; `id` is the square's first unit.
-void append_to_queue(int round_, int id, uint word) {
-    uint stamp = u_first_stamp + uint(round_);
-    if (atomicMax(list[list_at(3) + id], stamp) == stamp) return;
-    uint k = atomicAdd(b_queue[round_ & 7].count, 1u);
-    list[list_at(1 + (round_ & 1)) + k] = uint(id) | (word >> 8 & 3u) << 28;
-    atomicMax(b_queue[round_ & 7].groups, k / uint(LEAF_GROUP) + 1u);
+// Queue a leaf for the next round, at most once. The leaf may be split before that round begins. So the entry also has
+// the size of the square that the leaf covers now; `id` is the square's first unit.
+void append_to_queue(int id, uint word) {
+    int next_round = u_agreed + 1;
+    uint its_stamp = u_first_stamp + uint(next_round);
+    if (atomicMax(stamp[id], its_stamp) == its_stamp) return;
+    uint k = atomicAdd(b_queue[next_round & 7].count, 1u);
+    queued_next[k] = uint(id) | (word >> 8 & 3u) << 28;
+    atomicMax(b_queue[next_round & 7].groups, k / uint(LEAF_GROUP) + 1u);
 }
 
-uint queued(int round_, uint k) { return list[(round_ > 0 ? list_at(1 + (round_ & 1)) : 0) + k]; }
 int queued_id(uint entry) { return int(entry & 0xfffffffu); }
 uint queued_shape(uint entry) { return entry >> 28 << 8; }  // the square's size, at the same bits as in a leaf's word
 
@@ -39,7 +45,7 @@ int unit_in(int units_log2, int i) { return (i >> units_log2) * 8 + (i & (1 << u
 
 void write_units(int id, int units_log2, uint word) {
     int first = plane(u_agreed + 1) + id;
-    for (int i = 0; i < 1 << 2 * units_log2; i++) cell[first + unit_in(units_log2, i)] = word;
+    for (int i = 0; i < 1 << 2 * units_log2; i++) unit_word[first + unit_in(units_log2, i)] = word;
 }
 
 // Writes a quarter of a leaf that is split. Its spacing is at most the spacing of the whole leaf.
@@ -52,7 +58,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
     uint word = leaf_word(part_units_log2, step_log2);
     write_units(id, part_units_log2, is_on_map ? word : NOTHING);
     if (is_on_map && is_new) append_leaf(id);
-    append_to_queue(u_agreed + 1, id, word);
+    append_to_queue(id, word);
 }
 
 // The first unit of a leaf's parts; a leaf of a single unit becomes a block. -1: there is no room for another block.
@@ -62,7 +68,7 @@ int units_for_parts(Leaf leaf, Block b) {
     if (child >= u_most_blocks) return -1;  // the view is chosen again with more room
     b_block[child] = Block(leaf.origin, b.unit_log2 - 3, b.ring, NO_STEP);
     write_units(leaf.id, 0, IS_BLOCK | uint(child));
-    append_to_queue(u_agreed + 1, leaf.id, leaf.word);
+    append_to_queue(leaf.id, leaf.word);
     return UNITS * child;
 }
 
@@ -82,10 +88,10 @@ void split(Leaf leaf, Block b) {
 
 // Put a leaf and all leaves along its edges into the next round's queue: its change may change their edges.
 void queue_around(Leaf leaf) {
-    append_to_queue(u_agreed + 1, leaf.id, leaf.word);
+    append_to_queue(leaf.id, leaf.word);
     for (Walk walk = START; walk.side < 4;) {
         Leaf other = next_leaf(walk, leaf);
-        if (is_leaf(other.word)) append_to_queue(u_agreed + 1, other.id, other.word);
+        if (is_leaf(other.word)) append_to_queue(other.id, other.word);
     }
 }
 
@@ -93,17 +99,17 @@ void queue_around(Leaf leaf) {
 void keep_units(int id, int units_log2) {
     for (int i = 0; i < 1 << 2 * units_log2; i++) {
         int at = id + unit_in(units_log2, i);
-        uint word = cell[plane(u_agreed) + at];
-        if (!is_leaf(word)) cell[plane(u_agreed + 1) + at] = word;
+        uint word = unit_word[plane(u_agreed) + at];
+        if (!is_leaf(word)) unit_word[plane(u_agreed + 1) + at] = word;
     }
 }
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= b_queue[u_agreed & 7].count) return;
-    uint entry = queued(u_agreed, i);
+    uint entry = queued[i];
     int id = queued_id(entry);
-    uint word = cell[plane(u_agreed) + id];
+    uint word = unit_word[plane(u_agreed) + id];
     if (!is_leaf(word)) {
         keep_units(id, side_units_log2(queued_shape(entry)));
         return;
@@ -117,7 +123,7 @@ void main() {
     if (can_split && any(greaterThan(edges_log2, ivec4(MOST_SEGMENTS_LOG2)))) {
         queue_around(leaf);
         split(leaf, b);
-    } else if (word != cell[plane(u_agreed + 1) + id]) {
+    } else if (word != unit_word[plane(u_agreed + 1) + id]) {
         write_units(id, side_units_log2(word), word);
     }
 }

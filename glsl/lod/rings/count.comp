@@ -57,8 +57,8 @@ void add_to_mean(Leaf leaf, float mean_px, bool is_land) {
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= b_leaves.count) return;
-    int id = int(list[i]);
-    uint word = cell[plane(u_agreed) + id];
+    int id = int(leaf_id[i]);
+    uint word = unit_word[plane(u_agreed) + id];
     if (!is_leaf(word)) return;
     Block b = b_block[id / UNITS];
     Leaf leaf = leaf_at(b, id, word);

@@ -19,8 +19,9 @@ void main() {
     take_block(root_block(b));
     b_block[b] = block;
     if (has_leaf()) {
-        list[list_at(2) + int(atomicAdd(b_seen.groups, 1u))] = uint(b);
+        seen_block[atomicAdd(b_seen.groups, 1u)] = uint(b);
         return;
     }
-    for (int id = UNITS * b; id < UNITS * b + UNITS; id++) cell[plane(0) + id] = cell[plane(1) + id] = NOTHING;
+    for (int id = UNITS * b; id < UNITS * b + UNITS; id++)
+        unit_word[plane(0) + id] = unit_word[plane(1) + id] = NOTHING;
 }

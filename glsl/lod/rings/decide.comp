@@ -11,7 +11,7 @@ layout(local_size_x = THREADS) in;
 
 uniform int u_round;
 
-// A unit of 2^REFINE_FROM segments or more becomes a block. Its cost is then about REFINED times what it was.
+// A unit of 2^REFINE_FROM segments or more becomes a block. Refining about halves the cost.
 #define REFINE_FROM 3
 #define REFINED 0.5
 #define LEAST_PARTS (4.0 * (8.0 + PATCH_COST))
@@ -59,7 +59,7 @@ void ask(int first, int k) {
 
 void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
-    if (u_round == 0) b = seen_block(uint(b));
+    if (u_round == 0) b = int(seen_block[b]);
     take_block(b_block[b]);
 #ifdef PAGED
     block.known_log2 = NO_STEP;  // not known for parts: their pages may differ

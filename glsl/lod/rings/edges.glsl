@@ -39,13 +39,13 @@ Leaf leaf_over(ivec2 post) {
     int now = plane(u_agreed);
     ivec2 in_block = in_ring - (at << (ring.level + 3));
     ivec2 unit = in_block >> unit_log2;
-    uint word = cell[now + UNITS * block + unit.y * 8 + unit.x];
+    uint word = unit_word[now + UNITS * block + unit.y * 8 + unit.x];
     while ((word & IS_BLOCK) != 0u) {
         in_block -= unit << unit_log2;
         unit_log2 -= 3;
         unit = in_block >> unit_log2;
         block = int(word & ~IS_BLOCK);
-        word = cell[now + UNITS * block + unit.y * 8 + unit.x];
+        word = unit_word[now + UNITS * block + unit.y * 8 + unit.x];
     }
     int units_log2 = side_units_log2(word);
     ivec2 corner = unit >> units_log2 << units_log2;

@@ -22,7 +22,7 @@ void main() {
     Block block = b_block[b];
     int first = plane(u_agreed) + UNITS * b;
     for (int unit = 0; unit < UNITS; unit++) {
-        uint word = cell[first + unit];
+        uint word = unit_word[first + unit];
         if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) continue;
         uvec2 mine = shape[UNITS * b + unit];
         ivec2 corner = block.origin + (unit_at(unit) << block.unit_log2);

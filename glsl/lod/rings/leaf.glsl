@@ -60,8 +60,8 @@ vec2 few_cells_m(ivec2 low, int side_log2) {
 
 // Largest error and root mean square of a square's cells: from the tables, or from the cells themselves if they are
 // few. For spacings below that of the posts, each cell of the map is cut into parts.
-vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
-    if (step_log2 <= 0 && few_m.x < NEVER) return few_m * exp2(2.0 * float(step_log2));
+vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 exact_m) {
+    if (step_log2 <= 0 && exact_m.x < NEVER) return exact_m * exp2(2.0 * float(step_log2));
     ivec2 end = low + (1 << side_log2);
     vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
     float rms_m = sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
@@ -97,19 +97,19 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
 float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 
 // Whether the cells of a square are within the tolerance.
-bool holds(ivec2 low, int side_log2, int step_log2, vec2 few_m, Projection p, float within_m) {
+bool fits_within(ivec2 low, int side_log2, int step_log2, vec2 exact_m, Projection p, float within_m) {
     p.sag_m = slack_m(step_log2);
     float allowed_m = within_m - p.sag_m;
     if (allowed_m < 0.0) return false;
-    if (step_log2 <= 0 && few_m.x < NEVER) return few_m.x * exp2(2.0 * float(step_log2)) <= allowed_m;
+    if (step_log2 <= 0 && exact_m.x < NEVER) return exact_m.x * exp2(2.0 * float(step_log2)) <= allowed_m;
     return is_within_m(low, low + (1 << side_log2), step_log2, allowed_m);
 }
 
 // The coarsest spacing, from `coarsest` to `finest`, that the tables allow; NO_STEP if there is none.
 int next_step(ivec2 low, int side_log2, int coarsest, int finest, Projection p) {
     float within_m = error_within_m(p, u_tolerance_px);
-    vec2 few_m = few_cells_m(low, side_log2);
+    vec2 exact_m = few_cells_m(low, side_log2);
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
-        if (holds(low, side_log2, step_log2, few_m, p, within_m)) return step_log2;
+        if (fits_within(low, side_log2, step_log2, exact_m, p, within_m)) return step_log2;
     return NO_STEP;
 }

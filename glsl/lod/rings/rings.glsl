@@ -12,7 +12,7 @@
 //       │       │   ├─┼─┤                        │    ├─┼─┼─┼─┼─┤    │
 //       ├───┬───┼───┴─┴─┤                        ├────┼─┴─┴─┴─┴─┼────┤
 //
-// Provides the rings, blocks and leaves of a view, leaf_at(), and the list of leaves.
+// Provides the rings, blocks and leaves of a view, leaf_at(), and the list of all leaves.
 // Python twins: gpu.layout.RINGS, reference.rings.ring_origin
 
 #include "blocks/view.glsl"
@@ -63,7 +63,7 @@ layout(std430, binding = 0) buffer Blocks {
 };
 // A word for each unit of each block: leaf, block, or nothing. There are two copies, the planes. Round r of
 // lod/rings/agree.comp reads plane r modulo 2 and writes the other. They differ only where the round before changed it.
-layout(std430, binding = 1) buffer Cells { uint cell[]; };
+layout(std430, binding = 1) buffer Units { uint unit_word[]; };
 
 uniform int u_agreed;  // finished rounds of lod/rings/agree.comp
 
@@ -106,18 +106,14 @@ Leaf leaf_at(Block b, int id, uint word) {
 }
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
-// --- Lists of leaves without gaps, so that all threads of a group have work ---
-//   A leaf's number is that of the unit at its north-west corner. One list holds every leaf once. Each round of
+// --- A list of leaves without gaps, so that all threads of a group have work ---
+//   A leaf's number is that of the unit at its north-west corner. The list has every leaf once. Each round of
 //   lod/rings/agree.comp has a list of its own, its queue.
 #define LEAF_GROUP 64  // leaves that one work group handles
 
-// Four parts of UNITS * u_most_blocks words: all leaves; the queue of even rounds; that of odd rounds; a stamp for each
-// leaf: the last round for which it was queued. All stamps of earlier views are lower than u_first_stamp.
-layout(std430, binding = 5) buffer Lists { uint list[]; };
+layout(std430, binding = 5) buffer Leaves { uint leaf_id[]; };
 
-int list_at(int which) { return which * UNITS * u_most_blocks; }
-
-// Append n leaves to the list of all leaves, which is also the queue of round 0; returns the place of the first one.
+// Append n leaves to leaf_id[], which is also the queue of round 0; returns the place of the first one.
 uint append_leaves(uint n) {
     uint k = atomicAdd(b_leaves.count, n), groups = (k + n + uint(LEAF_GROUP - 1)) / uint(LEAF_GROUP);
     atomicMax(b_leaves.groups, groups);

@@ -10,9 +10,9 @@ layout(local_size_x = SCANNERS) in;
 uniform int u_round;  // the round of lod/rings/decide.comp that has just run
 
 void spawn(int id, int child) {
-    int known_log2 = step_log2_of(cell[plane(0) + id]);
+    int known_log2 = step_log2_of(unit_word[plane(0) + id]);
     bool has_room = child < u_most_blocks;  // without room, the view is chosen again with larger buffers
-    cell[plane(0) + id] = cell[plane(1) + id] = has_room ? IS_BLOCK | uint(child) : NOTHING;
+    unit_word[plane(0) + id] = unit_word[plane(1) + id] = has_room ? IS_BLOCK | uint(child) : NOTHING;
     Block b = b_block[id / UNITS];
     ivec2 origin = b.origin + (unit_at(id % UNITS) << b.unit_log2);
     if (has_room) b_block[child] = Block(origin, b.unit_log2 - 3, b.ring, known_log2);
@@ -23,10 +23,10 @@ void main() {
     int thread = int(gl_LocalInvocationIndex), first = int(b_round[u_round].count), n = int(b_round[u_round].groups);
     int stretch = (n + SCANNERS - 1) / SCANNERS, from = min(thread * stretch, n), end = min(from + stretch, n);
     uint units = 0u;
-    for (int id = UNITS * (first + from); id < UNITS * (first + end); id++) units += cell[id] >> 31;
+    for (int id = UNITS * (first + from); id < UNITS * (first + end); id++) units += unit_word[id] >> 31;
     int child = first + n + int(sum_before(thread, units));
     for (int id = UNITS * (first + from); id < UNITS * (first + end); id++)
-        if ((cell[id] & IS_BLOCK) != 0u) spawn(id, child++);
+        if ((unit_word[id] & IS_BLOCK) != 0u) spawn(id, child++);
     if (thread > 0) return;
     int children = int(sum_of_all()), room = max(u_most_blocks - first - n, 0);
     b_round[u_round + 1] = Work(uint(min(children, room)), 1u, 1u, uint(first + n));

@@ -12,16 +12,16 @@ uniform float u_price;
 
 void weigh(int depth, ivec2 at) {
     int i = square_index(depth, at), segments_log2;
-    vec2 best = cheapest(u_first + i, side_log2_at(depth), u_price, segments_log2);
+    vec2 best = cheapest(first_square + i, side_log2_at(depth), u_price, segments_log2);
     s_cost[i] = best.x;
     uint state = best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN;
     s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | state;
 }
 
 void main() {
-    int unit = int(gl_LocalInvocationIndex), b = seen_block(gl_WorkGroupID.x);
+    int unit = int(gl_LocalInvocationIndex), b = int(seen_block[gl_WorkGroupID.x]);
     take_block(b_block[b]);
-    u_first = SQUARES * b;
+    first_square = SQUARES * b;
     for (int depth = 3; depth >= 0; depth--)
         if (unit < 1 << 2 * depth) weigh(depth, square_at(depth, unit));
     join_all(2, unit, UNITS);

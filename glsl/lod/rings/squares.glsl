@@ -40,8 +40,8 @@ Block root_block(int b) {
     return Block(ring.origin + at * (BLOCK_SIDE << ring.level), ring.level, r, NO_STEP);
 }
 
-// A block that may have a leaf. lod/rings/cull.comp lists such blocks where lod/rings/agree.comp has a queue later.
-int seen_block(uint i) { return int(list[list_at(2) + int(i)]); }
+// Blocks that may have a leaf, listed by lod/rings/cull.comp.
+layout(std430, binding = 11) buffer Seen { uint seen_block[]; };
 
 // Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {
@@ -103,12 +103,12 @@ void write_units(int b, int thread, int threads) {
     barrier();
     for (int unit = thread; unit < UNITS; unit += threads) {
         uint word = word_of_unit(unit_at(unit));
-        cell[plane(0) + UNITS * b + unit] = cell[plane(1) + UNITS * b + unit] = word;
+        unit_word[plane(0) + UNITS * b + unit] = unit_word[plane(1) + UNITS * b + unit] = word;
         if (is_leaf(word) && begins_leaf(unit_at(unit), word)) s_leaf[atomicAdd(s_leaves, 1u)] = uint(unit);
         if ((word & IS_BLOCK) != 0u) atomicAdd(s_refined, 1u);
     }
     barrier();
     if (thread == 0) s_first = append_leaves(s_leaves);
     barrier();
-    for (uint i = uint(thread); i < s_leaves; i += uint(threads)) list[s_first + i] = uint(UNITS * b) + s_leaf[i];
+    for (uint i = uint(thread); i < s_leaves; i += uint(threads)) leaf_id[s_first + i] = uint(UNITS * b) + s_leaf[i];
 }

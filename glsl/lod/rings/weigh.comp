@@ -11,15 +11,15 @@
 layout(local_size_x = UNITS) in;
 
 // The tables sum whole tiles, which may reach beyond the box. So the sum is scaled by the box's share of their posts.
-float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
+float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, vec2 exact_m) {
     ivec2 end = low + (1 << side_log2);
     ivec2 from = max(low, ivec2(0));
     ivec2 to = min(end, u_last_post);
     float posts = float((to - from).x * (to - from).y);
     float sag = sag_m(step_log2);
     float squares;
-    if (step_log2 <= 0 && few_m.x < NEVER) {
-        float rms_m = few_m.y * exp2(2.0 * float(step_log2));
+    if (step_log2 <= 0 && exact_m.x < NEVER) {
+        float rms_m = exact_m.y * exp2(2.0 * float(step_log2));
         squares = rms_m * rms_m * posts;
     } else {
         int tile = max(step_log2, 0) + tile_log2(max(step_log2, 0));
@@ -30,40 +30,41 @@ float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
 }
 
 // With a mean, no patch may be further than FARTHEST tolerances from the truth, as far as finer squares can help.
-bool is_near(ivec2 low, int side_log2, int step_log2, bool is_finest, vec2 few_m, Projection p) {
+bool is_near(ivec2 low, int side_log2, int step_log2, bool is_finest, vec2 exact_m, Projection p) {
 #ifdef MEAN
-    return is_finest || holds(low, side_log2, step_log2, few_m, p, error_within_m(p, FARTHEST * u_tolerance_px));
+    float within_m = error_within_m(p, FARTHEST * u_tolerance_px);
+    return is_finest || fits_within(low, side_log2, step_log2, exact_m, p, within_m);
 #else
     return true;
 #endif
 }
 
 void weigh_square(int depth, ivec2 at) {
-    int i = square_index(depth, at), first = SIZES * (u_first + i), side_log2 = side_log2_at(depth);
+    int i = square_index(depth, at), first = SIZES * (first_square + i), side_log2 = side_log2_at(depth);
     ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
     Projection p = project_square(low, side_log2);
     bool nothing = is_nothing(low, end) || (p.outside && u_cull != 0);
     bool allowed = depth == 3 || fits_finer_ring(low, end);
     int coarsest = coarsest_step(low, side_log2), finest = finest_step(side_log2, block.ring);
     float px_per_m = u_focal_px * p.stretch / p.middle_m;
-    vec2 few_m = few_cells_m(low, side_log2);
+    vec2 exact_m = few_cells_m(low, side_log2);
     for (int k = 0; k < SIZES; k++) {
         int step_log2 = side_log2 - k;
         bool has_step = step_log2 <= coarsest && step_log2 >= finest;
         float e = nothing ? -1.0 : NEVER;
         if (!nothing && allowed && has_step
-            && is_near(low, side_log2, step_log2, depth == 3 && step_log2 == finest, few_m, p)) {
-            float sum_m2 = p.outside ? 0.0 : squares_of_box_m2(low, side_log2, step_log2, few_m);
+            && is_near(low, side_log2, step_log2, depth == 3 && step_log2 == finest, exact_m, p)) {
+            float sum_m2 = p.outside ? 0.0 : squares_of_box_m2(low, side_log2, step_log2, exact_m);
             e = post_weight(p) * px_per_m * px_per_m * sum_m2;
         }
-        weight[first + k] = e;
+        squares_px2[first + k] = e;
     }
 }
 
 void main() {
-    int unit = int(gl_LocalInvocationIndex), b = seen_block(gl_WorkGroupID.x);
+    int unit = int(gl_LocalInvocationIndex), b = int(seen_block[gl_WorkGroupID.x]);
     take_block(b_block[b]);
-    u_first = SQUARES * b;
+    first_square = SQUARES * b;
     for (int depth = 3; depth >= 0; depth--)
         if (unit < 1 << 2 * depth) weigh_square(depth, square_at(depth, unit));
 }
