@@ -277,6 +277,8 @@ def test_lesson_9_the_tower():
     assert f"draws the tower with {drawn} triangles" in page(9)
     errors = [truth.true_totals(squares, truth.true_greedy(squares, n))[1] for n in (1900, 2048)]
     assert errors[0] > 0.9 * 300**2 / 2 and errors[1] == 0
+    times = figure.away(squares, least, figure.nested_greedy)
+    assert f"{np.median(times):.2f} times that of the best tree in the median, and at most {times.max():.2f}" in page(9)
 
 
 def test_lesson_10_lobes():
