@@ -1,9 +1,9 @@
-"""The same land, given in twelve ways: each is the same heights at the same places, or has a line that asks."""
+"""The same land, given in twelve ways: each has the same heights and the same picture, or a line that asks."""
 
 import numpy as np
 import pytest
 
-from terrain_gl import Heightmap
+from terrain_gl import Camera, Heightmap, Renderer
 
 rasterio = pytest.importorskip("rasterio")
 xarray = pytest.importorskip("xarray")
@@ -118,7 +118,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS, ids=lambda way: way.__name__)
-def test_the_same_land(tmp_path, way):
+def test_the_same_land(tmp_path, way, ctx):
     terrain = way(tmp_path)
     asks = WAYS[way]
     lines = [note for note in terrain.notes if "--z-scale" in note]
@@ -128,15 +128,68 @@ def test_the_same_land(tmp_path, way):
     assert not lines
     heights = terrain.part(slice(0, ROWS), slice(0, COLS))
     np.testing.assert_allclose(heights, land() - SEA * (way is depth), atol=0.05)
-    if way is tile:  # 2 pi a / 2^12 / 256 times the cosine of its latitude
-        assert terrain.spacing_m[0] == pytest.approx(38.2185 * np.cos(np.radians(44.53)), rel=5e-3)
-    elif way is polar:  # this place is far from the pole, where a unit of the system is no metre
+    steps, turned = at_place(way)
+    assert terrain.spacing_m == pytest.approx(steps, rel=1e-3 if way in (tile, polar) else 1e-6)
+    expected = picture(Heightmap(land(), steps), ctx, turned)
+    assert difference(picture(terrain, ctx), expected) < SAME
+    for wrong in (land() / FOOT, -land(), land()[::-1]):
+        assert difference(picture(Heightmap(wrong, steps), ctx, turned), expected) > 20 * SAME
+
+
+SAME = 0.5  # of 255, mean over the picture: meshes within a tenth of a pixel, spacings within 0.1 %
+SUN = (300.0, 35.0)
+
+
+def picture(terrain, ctx, turned=0.0):
+    """A small picture by daylight, which shows slopes; `turned`: true north, clockwise from the map's."""
+    how = {"style": "lambert", "look": "grey", "curvature": "off", "surroundings": "none"}
+    with Renderer(terrain, (64, 64), ctx=ctx) as renderer:
+        camera = Camera.default(terrain.coarse())
+        return renderer.render(camera, 0.1, sun=((SUN[0] + turned) % 360, SUN[1]), **how).image[..., :3].astype(int)
+
+
+def difference(one, other):
+    return float(np.abs(one - other).mean())
+
+
+def at_place(way):
+    """Metres between posts, and true north clockwise from the grid's, by pyproj."""
+    if way is tile:  # a cell of Web Mercator, measured on the ellipsoid in the middle of its map
         from pyproj import Geod, Transformer
 
-        middle = WEST + STEP * COLS / 2, NORTH - STEP * ROWS / 2
-        ends = [(middle[0] - STEP / 2, middle[1]), (middle[0] + STEP / 2, middle[1])]
-        turned = Transformer.from_crs("EPSG:3413", "EPSG:4326", always_xy=True)
-        (lon, lat), (lon1, lat1) = (turned.transform(*end) for end in ends)
-        assert terrain.spacing_m[0] == pytest.approx(Geod(ellps="WGS84").inv(lon, lat, lon1, lat1)[2], rel=1e-3)
-    else:
-        assert terrain.spacing_m == pytest.approx((STEP, STEP), rel=1e-6)
+        cell = 2 * np.pi * 6378137 / 2**12 / 256
+        x, y = ((2211.5 / 2**11 - 1) * np.pi * 6378137, (1 - 1475.5 / 2**11) * np.pi * 6378137)
+        turn = Transformer.from_crs("EPSG:3857", "EPSG:4326", always_xy=True)
+        ends = [turn.transform(x + dx * cell, y + dy * cell) for dx, dy in ((0, 0), (1, 0), (0, 1))]
+        return tuple(Geod(ellps="WGS84").inv(*ends[0], *end)[2] for end in ends[1:]), 0.0
+    if way is not polar:
+        return (STEP, STEP), 0.0
+    from pyproj import Geod, Proj, Transformer
+
+    x, y = WEST + STEP * COLS / 2, NORTH - STEP * ROWS / 2
+    turn = Transformer.from_crs("EPSG:3413", "EPSG:4326", always_xy=True)
+    places = [turn.transform(x + dx, y + dy) for dx, dy in ((-10, 0), (10, 0), (0, -10), (0, 10))]
+    steps = [Geod(ellps="WGS84").inv(*a, *b)[2] for a, b in (places[:2], places[2:])]
+    convergence = Proj("EPSG:3413").get_factors(*turn.transform(x, y)).meridian_convergence
+    return tuple(steps), -convergence
+
+
+@pytest.mark.parametrize(("bits", "kind", "line"), [(8, "u1", False), (16, "u2", False), (12, "u2", True)])
+def test_the_same_photo_of_more_bits(tmp_path, ctx, bits, kind, line):
+    from terrain_gl.light.laid import picture_notes
+
+    terrain = metres(tmp_path)
+    y, x = np.mgrid[:ROWS, :COLS]
+    photo = np.stack([x, y, 255 - x]).astype(np.uint16)
+    place = rasterio.transform.from_origin(WEST, NORTH, STEP, STEP)
+    about = {"width": COLS, "height": ROWS, "count": 3, "crs": UTM, "transform": place, "photometric": "RGB"}
+    pictures = []
+    for name, values in (("eight", photo), ("more", photo * {8: 1, 16: 257, 12: 16}[bits])):
+        dtype = "u1" if name == "eight" else kind
+        with rasterio.open(tmp_path / f"{name}.tif", "w", driver="GTiff", dtype=np.dtype(dtype).name, **about) as file:
+            file.write(values.astype(dtype))
+        with Renderer(terrain, (64, 64), ctx=ctx) as renderer:
+            frame = renderer.render(Camera.default(terrain), 0.1, sun=SUN, material=str(tmp_path / f"{name}.tif"))
+            pictures.append(frame.image[..., :3].astype(int))
+    assert bool(picture_notes(str(tmp_path / "more.tif"), None)) == line
+    assert difference(*pictures) < SAME
