@@ -139,6 +139,8 @@ def random_views(args: argparse.Namespace, ctx: Any) -> Iterator[Tally]:
         with tempfile.TemporaryDirectory() as folder:
             drawn = _stored(rng, heightmap, Path(folder) / "s") if i % 3 == 2 else heightmap
             with tg.Renderer(drawn, size, ctx=ctx) as renderer:
+                if isinstance(drawn, StoredMap):
+                    drawn.limit(drawn.gpu_bytes, PagedMap.memory_bytes)  # for edits
                 for k in range(min(VIEWS_A_MAP, args.random - VIEWS_A_MAP * i)):
                     if k == VIEWS_A_MAP // 2 and i % 4 > 1:
                         _edit(rng, renderer)

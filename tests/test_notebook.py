@@ -4,6 +4,7 @@ import asyncio
 import base64
 import os
 import re
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -340,3 +341,41 @@ def _pictures_of_page(notebook):
     except ValueError as error:
         pytest.skip(f"nbconvert does not find its templates: {error}")
     return re.findall(r'<img[^>]* src="data:image/png;base64,([^"]*)"', html.replace("\n", ""))
+
+
+DROPPED = """
+import gc, os, weakref
+import numpy as np
+import terrain_gl as tg
+from terrain_gl.gpu.current import current
+from terrain_gl.viewer.notebook import View
+
+def resident():
+    with open("/proc/self/statm") as f:
+        return int(f.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") >> 20
+
+land, before, contexts, sizes = tg.Heightmap(np.outer(*[np.hanning(129)] * 2) * 50, 10.0), current(), [], []
+for i in range(30):
+    view = View(land, size=(320, 240), style="normals")
+    view.picture()
+    contexts.append(weakref.ref(view.ctx))
+    del view
+    gc.collect()
+    assert current() == before
+    sizes.append(resident())
+shown = View(land, size=(32, 24), style="normals")
+shown._repr_mimebundle_()
+contexts.append(weakref.ref(shown.ctx))
+del shown
+gc.collect()
+print(sum(each() is not None for each in contexts), sizes[9], sizes[29])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_a_dropped_view_gives_its_memory_back_unless_it_was_shown(folder):
+    done = subprocess.run([sys.executable, "-c", DROPPED], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0 and "Exception" not in done.stderr, done.stderr
+    contexts, early, late = map(int, done.stdout.split()[-3:])
+    assert contexts == 1  # that of the view that was shown
+    assert late - early < 60, "MiB of 20 views"

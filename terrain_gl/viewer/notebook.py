@@ -14,11 +14,14 @@ import base64
 import os
 import time
 from typing import Any, Unpack
+from weakref import finalize, ref
 
+import moderngl
 import numpy as np
 
 try:
     from IPython.display import DisplayHandle, display
+    from ipywidgets.widgets import widget
     from jupyter_rfb import RemoteFrameBuffer
 except ImportError as error:
     raise ImportError(
@@ -31,6 +34,7 @@ from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..gpu import gl
 from ..gpu.context import create_context
+from ..gpu.current import kept
 from ..gpu.textures import from_top
 from ..heightmap import Heightmap
 from ..image import png_bytes
@@ -45,6 +49,7 @@ from .window_state import Size
 
 NOTCH_PX = 100.0  # pixels that browsers report for one notch of the wheel
 MOST_PX = 8192
+_KEPT = getattr(widget, "_instances", {})  # ipywidgets keeps every widget here until it is closed
 _BUTTONS = {1: "left", 2: "right", 3: "middle"}
 _NAMED = {"ArrowLeft": "left", "ArrowRight": "right", "ArrowUp": "up", "ArrowDown": "down", " ": "space"}
 _DIGITS = dict(zip("!@#$%^&*(", "123456789", strict=True))  # with Shift, on most keyboards
@@ -109,6 +114,15 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
             self._closed = False
             opened = Opened(heightmap, start, sun, heightmap.name, True, overlays)
             self.viewer.show(Renderer(heightmap, size, ctx=self.ctx), opened)
+        self._end = finalize(self, _release, self.ctx, self.app)
+        self._end.atexit = False
+        self._let_drop()
+
+    def _let_drop(self) -> None:
+        """Until the view is shown, nobody but its owner keeps it."""
+        view = ref(self)
+        _KEPT.pop(self.model_id, None)
+        self.comm.on_msg(lambda message: (here := view()) and here._handle_msg(message))
 
     # --- What it shows ------------------------------------------------------------------------------------------------
 
@@ -172,7 +186,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         if self._closed:
             return
         if event["type"] == "close":
-            self._release()
+            self._stop()
         elif handler := getattr(self, f"_on_{event['type']}", None):
             with self.ctx:
                 self.app.attempt(handler, event)
@@ -180,6 +194,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
 
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
         """The widget. Before it, the still picture is shown until a front end is live."""
+        _KEPT[self.model_id] = self  # the page may show it when no name has it any more
         if not self._closed and not self._welcomed:
             picture = base64.b64encode(png_bytes(self.picture())).decode("ascii")
             data = {"image/png": picture, "text/plain": repr(self)}
@@ -207,14 +222,11 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     def _pixels(self) -> np.ndarray:
         return from_top(self._target.read(components=3, alignment=1), "u1", self._target.size, 3)
 
-    def _release(self) -> None:
+    def _stop(self) -> None:
         self._closed = True
         if self._timer:
             self._timer.cancel()
-        with self.ctx:
-            gl.release_with_pixels(self._target)
-            self.app.close()
-        self.ctx.release()
+        self._end()
 
     # --- Events -------------------------------------------------------------------------------------------------------
 
@@ -263,6 +275,15 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     def _place(self, event: dict[str, Any]) -> tuple[float, float]:
         """The cursor in pixels of the picture."""
         return event["x"] * self._ratio, event["y"] * self._ratio
+
+
+def _release(ctx: moderngl.Context, app: App) -> None:
+    """Release everything on the GPU, whatever is current."""
+    with kept():
+        with ctx:
+            gl.release_with_pixels(app.viewer.target)
+            app.close()
+        ctx.release()
 
 
 def _key_name(name: str) -> str:
