@@ -1,0 +1,394 @@
+"""All that real pictures give to their passes is needed: without it there is an error, with another the bytes change.
+
+Scenes draw every style, lines, edits, stores and so on. Each pass that they make is asked to run without each of its
+resources and uniforms, one at a time: it must refuse. Then it runs with something else in the place of each, and what
+it writes must change. What it writes is copied before and brought back after, so the scene goes on as usual.
+"""
+
+import ctypes
+import inspect
+import json
+import re
+from collections import Counter
+
+import moderngl
+import numpy as np
+import pytest
+from maps import rough
+from test_draw_into import look_at, perspective
+
+import terrain_gl as tg
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.basics.steps import drain
+from terrain_gl.gpu import gl, passes, shaders
+from terrain_gl.gpu.passes import declarations
+from terrain_gl.gpu.shaders import ShaderError
+from terrain_gl.gpu.textures import depth_texture
+from terrain_gl.image import write_image
+from terrain_gl.renderer.methods import METHODS
+from terrain_gl.renderer.overlay import Overlay
+from terrain_gl.shade.picture import STYLES
+
+SIZE = (96, 64)
+LAND = rough(257, 300, relief=300.0)
+CAMERA = tg.Camera((1500.0, 300.0, float(LAND.max()) + 20.0), (1450.0, 2600.0, 0.0), 60.0)
+GROUND = float(LAND[150, 150])  # metres, under the eye of CLOSE
+CLOSE = tg.Camera((1500.0, 1060.0, GROUND + 4.0), (1530.0, 1300.0, GROUND - 10.0), 60.0)
+
+
+def with_voids():
+    heights = LAND.copy()
+    heights[130:150, 140:170] = np.nan
+    return tg.Heightmap(heights, 10.0)
+
+
+def of_style(style):
+    """Bytes of a picture with everything that it may show, of its measures, and of another after an edit."""
+
+    def scene(ctx, folder):
+        with tg.Renderer(with_voids(), SIZE, ctx=ctx) as renderer:
+            low = {"sun": (60.0, 9.0), "style": style}
+            one = renderer.render(CAMERA, 0.7, water_m=-5.0, contour_m=10.0, voids="hole", **low)
+            found = [one.image, json.dumps(measured(renderer)), renderer.triangles(), renderer.inspector.error_map()]
+            renderer.edit(slice(200, 210), slice(140, 155), 12.0)
+            found.append(renderer.render(CLOSE, 2.0, metric="rms", **low).image)
+        return found
+
+    return scene
+
+
+def measured(renderer):
+    """The stats of a measured picture, without times."""
+    return {name: each for name, each in renderer.measure().items() if "ms" not in name and "seconds" not in name}
+
+
+def of_options(ctx, folder):
+    """Wires, budgets, means, exaggeration, a worn map, lines, numbers of a picture, an explanation."""
+    write_image(str(folder / "worn.png"), (np.indices((300, 257, 3)).sum(0) % 251).astype(np.uint8))
+    with tg.Renderer(tg.Heightmap(LAND, 10.0), SIZE, ctx=ctx) as renderer:
+        renderer.draw(CLOSE, 0.05, style="depth")
+        line = np.array([[100.0, 220.0], [200.0, 190.0], [150.0, 130.0]])
+        renderer.overlays = (Overlay((line,), np.array([[150.0, 190.0]])),)
+        frames = [
+            renderer.render(CAMERA, 1.0, style="lambert", wires=True, material=str(folder / "worn.png")),
+            renderer.render(CAMERA, 1.0, metric="rms", haze=3.0, sun=(100.0, 8.0)),
+            renderer.render(CAMERA, triangles=300, exaggeration=2.0),
+            renderer.render(CAMERA, triangles=300, metric="max", look="viridis", contour_m=0, surroundings="none"),
+            renderer.render(CAMERA, 0.5, curvature="on", refraction=0.13, size=(96, 64), fine=2),
+            renderer.render(CAMERA, 1.0, exact=True),
+        ]
+        last = renderer.render(CAMERA, 1.0)
+        found = [each.image for each in (*frames, last)]
+        found += [last.depth, last.places, last.normals, last.kind]
+        found.append(repr(renderer.inspector.explain(1500.0, 700.0)))
+        found += renderer.inspector.triangulate(2.0)[:1]
+        found += [drawn_into(renderer)]
+    return found
+
+
+def drawn_into(renderer):
+    """Colours of a framebuffer of ours, with the land in it."""
+    with renderer.session:
+        target = renderer.ctx.framebuffer([renderer.ctx.texture(SIZE, 4)], depth_texture(renderer.ctx, SIZE, 0))
+        target.clear()
+    renderer.draw_into(target, look_at(CAMERA.eye, CAMERA.target), perspective(60.0, SIZE, 1.0, 5000.0), 1.0)
+    with renderer.session:
+        found = target.read(components=4)
+        target.release()
+    return found
+
+
+def of_store(ctx, folder):
+    """A store with voids: light, an edit, a rebuild."""
+    from terrain_gl.store import StoredMap, build
+
+    if not (folder / "s").exists():
+        build(with_voids().heights, folder / "s", tile=16, shard=64, spacing_m=10.0)
+    with tg.Renderer(StoredMap(folder / "s"), SIZE, ctx=ctx) as renderer:
+        found = [renderer.render(CAMERA, 0.7, voids="hole").image, json.dumps(measured(renderer))]
+        renderer.edit(slice(200, 210), slice(140, 155), 12.0)
+        drain(renderer.editor.rebuild_steps())
+        found += [renderer.render(CAMERA, 2.0, metric=metric, style="normals").image for metric in ("max", "rms")]
+    return found
+
+
+def of_methods(ctx, folder):
+    """The other methods."""
+    with tg.Renderer(tg.Heightmap(LAND, 10.0), SIZE, ctx=ctx) as renderer:
+        return [renderer.render(CAMERA, style="lod", method=name).image for name in METHODS]
+
+
+SCENES = of_options, *map(of_style, STYLES), of_store, of_methods
+
+
+# --- In the place of what is given ------------------------------------------------------------------------------------
+
+READ_SAMPLES = """
+#version 430
+layout(local_size_x = 1) in;
+layout(binding = 0) uniform KIND u_from;
+layout(std430, binding = 0) writeonly buffer Out { uint out_[]; };
+void main() {
+    ivec2 at = ivec2(gl_WorkGroupID.xy), size = textureSize(u_from);
+    for (int i = 0; i < SAMPLES; i++) {
+        uvec4 texel = BITS(texelFetch(u_from, at, i));
+        for (int k = 0; k < 4; k++) {
+            out_[4 * (SAMPLES * (at.y * size.x + at.x) + i) + k] = texel[k];
+        }
+    }
+}
+"""
+
+
+def twin(ctx, given):
+    """An object of the same kind and size, full of zeros or of nothing."""
+    if isinstance(given, moderngl.Buffer):
+        return ctx.buffer(bytes(given.size))
+    if isinstance(given, gl.WordTexture):
+        return gl.WordTexture(ctx).of(twin(ctx, given._buffer))
+    if isinstance(given, moderngl.TextureArray):
+        made = ctx.texture_array(given.size, given.components, dtype=given.dtype)
+    elif given.depth:
+        made = depth_texture(ctx, given.size, given.samples)
+    else:
+        made = ctx.texture(given.size, given.components, samples=given.samples, dtype=given.dtype)
+    if not getattr(given, "samples", 0):
+        made.filter, made.repeat_x, made.repeat_y = given.filter, given.repeat_x, given.repeat_y
+    return made
+
+
+def copy(ctx, source, target):
+    """Copy a buffer or a texture into its twin."""
+    if isinstance(source, moderngl.Buffer):
+        ctx.copy_buffer(target, source)
+        return
+    kind = TARGETS["array" if isinstance(source, moderngl.TextureArray) else "samples" if source.samples else "plain"]
+    box = (*source.size, 1)[:3]
+    arguments = (source.glo, kind, 0, 0, 0, 0, target.glo, kind, 0, 0, 0, 0, *box)
+    gl.function(ctx, "glCopyImageSubData", None, *[ctypes.c_uint] * len(arguments))(*arguments)
+
+
+TARGETS = {"plain": 0x0DE1, "samples": 0x9100, "array": 0x8C1A}
+
+
+class Reader:
+    """Reads the bytes of buffers and textures, also those with several samples a pixel."""
+
+    def __init__(self, ctx):
+        self.ctx, self.programs = ctx, {}
+
+    def read(self, given):
+        if not getattr(given, "samples", 0):
+            return given.read()
+        kind = "usampler2DMS" if given.dtype.startswith("u") else "sampler2DMS"
+        if (kind, given.samples) not in self.programs:
+            text = READ_SAMPLES.replace("KIND", kind).replace("SAMPLES", str(given.samples))
+            text = text.replace("BITS", "" if kind.startswith("u") else "floatBitsToUint")
+            self.programs[kind, given.samples] = self.ctx.compute_shader(text)
+        program = self.programs[kind, given.samples]
+        out = self.ctx.buffer(reserve=16 * given.samples * given.width * given.height)
+        given.use(0)
+        out.bind_to_storage_buffer(0)
+        program.run(*given.size)
+        self.ctx.memory_barrier()
+        found = out.read()
+        out.release()
+        return found
+
+
+def others(ctx, given):
+    """Other objects of a kind: zeros, and the same words, but each at the place of the next; or other numbers."""
+    if isinstance(given, gl.WordTexture):
+        for buffer in others(ctx, given._buffer):
+            yield gl.WordTexture(ctx).of(buffer)
+    elif isinstance(given, (moderngl.Buffer, moderngl.Texture, moderngl.TextureArray)):
+        yield twin(ctx, given)
+        if not getattr(given, "samples", 0):
+            moved = twin(ctx, given)
+            moved.write(np.roll(np.frombuffer(given.read(), "u1"), 4).tobytes())
+            yield moved
+    else:
+        for change in (lambda v: v + 1, lambda v: 0 * v, lambda v: 2 * v + 3, lambda v: -v):
+            yield changed(given, change)
+
+
+def changed(value, change):
+    if isinstance(value, (tuple, list)):
+        return (list if isinstance(value, list) else tuple)(changed(each, change) for each in value)
+    return change(value)
+
+
+RUNS = (
+    (passes.ComputePass, "run"),
+    (passes.ComputePass, "run_indirect"),
+    (passes.DrawPass, "draw"),
+    (passes.DrawPass, "draw_indirect"),
+    (passes.DrawPass, "capture"),
+)
+MOST_TRIES = 40  # runs of a pass in which names are tried
+MAIN = ".comp", ".vert", ".tesc", ".tese", ".geom", ".frag"
+# What has been given something else without an effect in any of the runs, by shader, with the reasons:
+# - OpenGL counts a block of a standard layout as used wherever the text declares it. Blocks have capital letters; many
+#   programs include more of them than they read.
+# - Some tables are read for few places only: marks at the rim of a void, heights and pages near the eye, the sun's
+#   horizon where its disc is half hidden, the grain's rows. A small picture has few of them or none.
+# - Some uniforms have an effect only above a limit: depths behind `far`, a `bar` that the error does not reach, prices.
+_STYLES = (
+    "ambient cracks depth direct error lambert lobes lod normals promise segments shaded visibility voids wireframe"
+)
+_OF_STYLES = {f"shade/{name}.frag": "Lights Listed Terrain View" for name in f"{_STYLES} coverage wires".split()}
+UNSEEN = {
+    "comparison/tessellated/levels.comp": "u_heights",
+    "error/cut.comp": "Blocks",
+    "error/gather.comp": "Moved posts",
+    "error/join.comp": "Cuts Moved",
+    "error/write.comp": "Blocks Cuts Moved",
+    "horizon/fold.comp": "Open axes",
+    "light/record.comp": "HeightSums ramp u_albedo",
+    "lod/every_post.comp": "Counters Squares u_marks",
+    "lod/rings/agree.comp": "Counters Ranges Squares Summary View priced u_heights u_marks u_pages",
+    "lod/rings/count.comp": "agreed sectors shells tan_off u_horizon",
+    "lod/rings/cull.comp": "Cells Counters Squares",
+    "lod/rings/decide.comp": "Squares u_marks",
+    "lod/rings/emit.comp": "Lists Terrain View agreed",
+    "lod/rings/explain.comp": "Blocks Cells Lists Rings u_heights u_marks",
+    "lod/rings/horizon.comp": "Blocks Cells Counters Lists Rings Squares",
+    "lod/rings/place.comp": "Cells Lists Shapes Terrain View",
+    "lod/rings/spawn.comp": "Blocks Cells Lists Rings Terrain View",
+    "lod/rings/spend.comp": "Counters Ranges Squares Terrain View u_pages",
+    "lod/rings/weigh.comp": "Cells u_marks",
+    "mesh/error.frag": "View",
+    "mesh/patch.tese": "View",
+    "sat/scan.comp": "Words",
+    "shade/cracks.frag": "u_depth u_drawn",
+    "shade/detail.frag": "Pyramid",
+    "shade/direct.frag": "sun_towards u_shares u_sun_horizon",
+    "shade/error.frag": "bar error_scale_px u_drawn u_marks",
+    "shade/facts.frag": "Listed",
+    "shade/into.frag": "far",
+    "shade/normals.frag": "u_height_sums",
+    "shade/places.frag": "Listed",
+    "shade/shaded.frag": "base_m edge_is_sea edge_m sun_towards u_heights u_marks u_pages u_sun_horizon",
+    "shade/visibility.frag": "sun_towards u_heights u_sun_horizon",
+    "shade/voids.frag": "u_marks",
+    "view/lines.frag": "Terrain",
+}
+NO_SCENE = (  # a generator, a kernel of tests, and the window
+    "generate/heights.comp sat/query.comp shade/enlarge.frag shade/show.frag view/canvas.frag view/gui.frag"
+    " view/gui.vert view/sat.frag"
+)
+
+
+class Trial:
+    """Tries each name that passes use, in their first runs: left out, and with others in its place."""
+
+    def __init__(self, ctx, monkeypatch):
+        self.reader = Reader(ctx)
+        self.pending, self.tries = {}, Counter()
+        begin = passes._Pass.__init__
+
+        def begun(each, ctx, program, where, text):
+            begin(each, ctx, program, where, text)
+            each.text = text
+
+        monkeypatch.setattr(passes._Pass, "__init__", begun)
+        for kind, name in RUNS:
+            monkeypatch.setattr(kind, name, self._trying(getattr(kind, name)))
+
+    def _trying(self, run):
+        signature = inspect.signature(run)
+
+        def tried(each, *given, **more):
+            bound = signature.bind(each, *given, **more)
+            bound.apply_defaults()
+            arguments = bound.arguments
+            used = each._binders.keys() | each._uniforms
+            key = each._where, frozenset(used)
+            if key not in self.pending:
+                self.pending[key] = set(used)
+                self._all_are_asked_for(lambda **other: run(**{**arguments, **other}), arguments, used, each._where)
+            if self.pending[key] and self.tries[key] < MOST_TRIES:
+                self.tries[key] += 1
+                self._replace(each, key, lambda **other: run(**{**arguments, **other}), arguments)
+            return run(**arguments)
+
+        return tried
+
+    @staticmethod
+    def _all_are_asked_for(run, arguments, used, where):
+        for name in used:
+            for of in ("resources", "uniforms"):
+                if name in arguments[of]:
+                    with pytest.raises(ShaderError, match=rf"^{re.escape(where)} also reads the {of} {name}$"):
+                        run(**{of: {each: value for each, value in arguments[of].items() if each != name}})
+
+    def _replace(self, each, key, run, arguments):
+        ctx, read = each.ctx, self.reader.read
+        ctx.memory_barrier()
+        outputs = self._outputs(each, arguments)
+        before = [twin(ctx, output) for output in outputs]
+        for pair in zip(outputs, before, strict=True):
+            copy(ctx, *pair)
+
+        def result(**other):
+            for pair in zip(before, outputs, strict=True):
+                copy(ctx, *pair)
+            count = run(**other)
+            ctx.memory_barrier()
+            return [count, *map(read, outputs)]
+
+        expected, tidy = result(), list
+        if result() != expected:  # threads append to lists in any order
+            tidy = in_order
+        if tidy(result()) == tidy(expected):
+            for name in sorted(self.pending[key]):
+                of = "uniforms" if name in arguments["uniforms"] else "resources"
+                for instead in others(ctx, arguments[of][name]):
+                    try:
+                        is_other = tidy(result(**{of: {**arguments[of], name: instead}})) != tidy(expected)
+                    except TerrainError:
+                        is_other = True
+                    if is_other:
+                        self.pending[key].discard(name)
+                        break
+        for pair in zip(before, outputs, strict=True):
+            copy(ctx, *pair)
+
+    @staticmethod
+    def _outputs(each, arguments):
+        """All that a run may write."""
+        names = declarations(each.text)
+        found = {name: arguments["resources"][name] for name in each._binders if names[name].write}
+        found = [given for name, given in found.items() if names[name].kind in ("storage block", "image")]
+        target = getattr(arguments.get("state"), "framebuffer", None)
+        if target:
+            found += [*target.color_attachments, target.depth_attachment]
+        found.append(arguments.get("out"))
+        kinds = moderngl.Buffer, moderngl.Texture, moderngl.TextureArray
+        return list({id(each): each for each in found if isinstance(each, kinds)}.values())
+
+
+def in_order(found):
+    """Results without the order of words, which may differ where threads append to a list."""
+    return [np.sort(np.frombuffer(each, "u4")).tobytes() if isinstance(each, bytes) else each for each in found]
+
+
+@pytest.mark.slow
+def test_whatever_passes_use_is_asked_for_and_changes_what_they_write(ctx, tmp_path, monkeypatch, pytestconfig):
+    if pytestconfig.getoption("--driver") not in (None, "llvmpipe"):
+        pytest.skip("other drivers leave out other names")
+    trial = Trial(ctx, monkeypatch)
+    for scene in SCENES:
+        scene(ctx, tmp_path)
+    unseen = set()
+    for (where, _), names in trial.pending.items():
+        path = where.rpartition("glsl/")[2]
+        known = f"{UNSEEN.get(path, '')} {_OF_STYLES.get(path, '')}".split()
+        unseen |= {(path, name) for name in names.difference(known)}
+    assert unseen == set()
+    tried = sum(len(names) for _, names in trial.pending)
+    assert sum(map(len, trial.pending.values())) < tried / 5
+    drawn = {path for where, _ in trial.pending for path in where.replace("glsl/", "").split(" + ")}
+    root = shaders.root()
+    files = {path.relative_to(root).as_posix() for path in root.rglob("*") if path.suffix in MAIN}
+    assert files - drawn == set(NO_SCENE.split())
