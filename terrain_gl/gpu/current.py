@@ -51,11 +51,15 @@ class Current:
 
     library: ClassVar[str]
     asks: ClassVar[str]  # the function that returns the current context
+    tells: ClassVar[tuple[tuple[Any, ...], ...]] = ()  # functions that return its display and surfaces, with arguments
+    makes: ClassVar[str]  # the function that makes a context current
+    nothing: ClassVar[int]  # how many zeros it takes to let go of one, after the display if there is one
 
     @classmethod
     def now(cls) -> Current | None:
         """The current context of this window system."""
-        raise NotImplementedError
+        context = _call(cls.library, cls.asks)
+        return cls(context, tuple(_call(cls.library, *told) for told in cls.tells)) if context else None
 
     def is_current(self) -> bool:
         """Whether it is the current context of this thread."""
@@ -63,56 +67,41 @@ class Current:
 
     def restore(self) -> None:
         """Make it current again."""
-        raise NotImplementedError
+        _call(self.library, self.makes, *self.others, self.context)
 
     def let_go(self) -> None:
         """Make no context of this window system current."""
-        raise NotImplementedError
+        _call(self.library, self.makes, self.others[0], *[0] * self.nothing)
 
 
 class _Egl(Current):
     library = "libEGL.so.1"
     asks = "eglGetCurrentContext"
-
-    @classmethod
-    def now(cls) -> Current | None:
-        context = _call(cls.library, cls.asks)
-        if not context:
-            return None
-        draw, read = (_call(cls.library, "eglGetCurrentSurface", which) for which in (_DRAW, _READ))
-        return cls(context, (_call(cls.library, "eglGetCurrentDisplay"), draw, read))
-
-    def restore(self) -> None:
-        display, draw, read = self.others
-        _call(self.library, "eglMakeCurrent", display, draw, read, self.context)
-
-    def let_go(self) -> None:
-        _call(self.library, "eglMakeCurrent", self.others[0], 0, 0, 0)
+    tells = ("eglGetCurrentDisplay",), ("eglGetCurrentSurface", _DRAW), ("eglGetCurrentSurface", _READ)
+    makes, nothing = "eglMakeCurrent", 3
 
 
 class _Glx(Current):
     library = "libGL.so.1"
     asks = "glXGetCurrentContext"
+    tells = ("glXGetCurrentDisplay",), ("glXGetCurrentDrawable",), ("glXGetCurrentReadDrawable",)
+    makes, nothing = "glXMakeContextCurrent", 3
 
-    @classmethod
-    def now(cls) -> Current | None:
-        context = _call(cls.library, cls.asks)
-        if not context:
-            return None
-        names = ("glXGetCurrentDisplay", "glXGetCurrentDrawable", "glXGetCurrentReadDrawable")
-        return cls(context, tuple(_call(cls.library, name) for name in names))
 
-    def restore(self) -> None:
-        display, draw, read = self.others
-        _call(self.library, "glXMakeContextCurrent", display, draw, read, self.context)
+class _Wgl(Current):
+    library = "opengl32"
+    asks = "wglGetCurrentContext"
+    tells = (("wglGetCurrentDC",),)
+    makes = "wglMakeCurrent"
 
     def let_go(self) -> None:
-        _call(self.library, "glXMakeContextCurrent", self.others[0], 0, 0, 0)
+        _call(self.library, self.makes, 0, 0)
 
 
 class _OSMesa(Current):
     library = "libOSMesa.so.8"
     asks = "OSMesaGetCurrentContext"
+    makes = "OSMesaMakeCurrent"
 
     def is_current(self) -> bool:
         return _call(self.library, self.asks) == self.context
@@ -130,26 +119,10 @@ class _OSMesa(Current):
     def restore(self) -> None:
         pixels, width, height = self.others
         size = c_int(width), c_int(height)
-        _call(self.library, "OSMesaMakeCurrent", self.context, pixels, c_uint(_UNSIGNED_BYTE), *size)
+        _call(self.library, self.makes, self.context, pixels, c_uint(_UNSIGNED_BYTE), *size)
 
     def let_go(self) -> None:
-        _call(self.library, "OSMesaMakeCurrent", 0, 0, c_uint(0), c_int(0), c_int(0))
-
-
-class _Wgl(Current):
-    library = "opengl32"
-    asks = "wglGetCurrentContext"
-
-    @classmethod
-    def now(cls) -> Current | None:
-        context = _call(cls.library, cls.asks)
-        return cls(context, (_call(cls.library, "wglGetCurrentDC"),)) if context else None
-
-    def restore(self) -> None:
-        _call(self.library, "wglMakeCurrent", self.others[0], self.context)
-
-    def let_go(self) -> None:
-        _call(self.library, "wglMakeCurrent", 0, 0)
+        _call(self.library, self.makes, 0, 0, c_uint(0), c_int(0), c_int(0))
 
 
 # OSMesa last: it shares its record with EGL and GLX, and may answer with a context of theirs

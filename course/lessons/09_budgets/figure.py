@@ -1,6 +1,8 @@
 """Figure of lesson 9: the error against the number of triangles, for greedy trees, price trees and the best trees.
 
-Run: python course/lessons/09_budgets/figure.py figure.png      it also prints how far both greedy ways are from the best
+It also prints how far both greedy ways are from the best.
+
+Run: python course/lessons/09_budgets/figure.py figure.png
 """
 
 import heapq
