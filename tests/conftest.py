@@ -24,6 +24,7 @@ settings.load_profile("terrain")
 def pytest_addoption(parser):
     parser.addoption("--regenerate", action="store_true", help="write reference pictures anew instead of comparing")
     parser.addoption("--driver", choices=DRIVERS, help="run the shaders in another way")
+    parser.addoption("--all", action="store_true", help="run all cases of tests that are sampled")
 
 
 def pytest_configure(config):
@@ -32,6 +33,44 @@ def pytest_configure(config):
         os.environ.update(environment(config.getoption("--driver")))
     except LookupError as error:
         pytest.exit(str(error), returncode=4)
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out cases of tests that are marked `sampled(n, cover)`, unless `--all` asks for them."""
+    if config.getoption("--all"):
+        return
+    tests = {}
+    for item in items:
+        tests.setdefault((item.path, item.originalname), []).append(item)
+    left_out = {item for cases in tests.values() for item in not_sampled(cases)}
+    config.hook.pytest_deselected(items=sorted(left_out, key=items.index))
+    items[:] = [item for item in items if item not in left_out]
+
+
+def not_sampled(cases):
+    """Cases that are neither one in n, nor the first with a value of a parameter of `cover`."""
+    marker = cases[0].get_closest_marker("sampled")
+    if marker is None:
+        return []
+    every, cover = marker.args
+    kept, found = set(), set()
+    for i, case in enumerate(cases):
+        values = {(name, str(case.callspec.params[name])) for name in cover.split()}
+        if i % every == 0 or not values <= found:
+            kept.add(case)
+            found |= values
+    return [case for case in cases if case not in kept]
+
+
+@pytest.fixture
+def sample(request):
+    """Give a function that takes every n-th of some cases, others for each case of the test; all with `--all`."""
+
+    def sample(cases, every):
+        first = sum(request.node.callspec.indices.values()) % every
+        return cases if request.config.getoption("--all") else cases[first::every]
+
+    return sample
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ import pytest
 from terrain_gl import reference
 from terrain_gl.gpu import layout
 
+pytestmark = pytest.mark.line
+
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 8, 32])
 def test_mean_over_the_measured_places_of_a_cell(n):

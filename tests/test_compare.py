@@ -82,6 +82,7 @@ def test_finer_meshes_are_nearer_to_the_truth(renderer, camera):
         assert values == sorted(values, reverse=True) and values[-1] < 0.7 * values[0], key
 
 
+@pytest.mark.slow
 def test_study_draws_all_methods_with_as_many_triangles(renderer, camera):
     done = []
     found = study(renderer, camera, TRIANGLES, with_curves=True, fine=2, progress=done.append)
@@ -121,6 +122,7 @@ def test_a_line_names_the_methods_with_other_numbers_of_triangles():
     assert uneven_text(found) == ""
 
 
+@pytest.mark.slow
 def test_study_of_a_certified_error_says_what_the_others_need(renderer, camera):
     found = study(renderer, camera, TRIANGLES, max_error_px=2.0, fine=1)
     own = found.needed["sat"]
@@ -270,12 +272,11 @@ def test_without_matplotlib_one_line_says_what_to_install(command, monkeypatch, 
         (["--supersample", "0"], 2, "above 0"),
     ],
 )
-def test_wrong_use_is_one_line_and_leaves_nothing(tmp_path, command, capsys, monkeypatch, words, status, message):
-    monkeypatch.chdir(tmp_path)
+def test_wrong_use_is_one_line_and_leaves_nothing(folder, command, capsys, words, status, message):
     assert main([*command, *words]) == status
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and message in error
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["cliffs.npy"]
+    assert sorted(path.name for path in folder.iterdir()) == ["cliffs.npy"]
 
 
 def test_a_figure_that_fails_leaves_nothing(tmp_path, command, monkeypatch, capsys):

@@ -44,6 +44,7 @@ def test_solutions_are_exact_on_hidden_seeds(number, seed):
     assert [outcome.verdict for outcome in found] == [checking.EXACT] * len(found), told(found)
 
 
+@pytest.mark.sampled(4, "number")
 @pytest.mark.parametrize("number, name", WRONG)
 def test_wrong_answers_are_rejected(number, name):
     wrong = next(each for each in solving.wrong_answers(checking.lesson(number).folder) if each.name == name)

@@ -90,6 +90,7 @@ def graded(tmp_path_factory):
     return rows, time.monotonic() - start, outside, folder
 
 
+@pytest.mark.slow
 def test_every_student_has_a_row(graded):
     rows, _, _, folder = graded
     assert set(rows) == {"(most)", *(path.name for path in folder.iterdir())}

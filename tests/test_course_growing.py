@@ -123,13 +123,12 @@ def test_a_program_that_cannot_enter_is_one_line(entry, tmp_path):
             enter.main([str(tmp_path / name)])
 
 
-def test_wrong_use_of_picture_is_one_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_wrong_use_of_picture_is_one_line(folder, capsys):
     assert __main__.main(["picture", "99"]) == 2
     assert __main__.main(["picture", "3"]) == 2  # the lessons' own files are blank
     told = capsys.readouterr().err.splitlines()
     assert len(told) == 2 and "no lesson 99" in told[0] and "not written yet" in told[1]
-    assert not list(tmp_path.iterdir())
+    assert not list(folder.iterdir())
 
 
 def test_solutions_are_in_the_students_tree_on_request(tmp_path):

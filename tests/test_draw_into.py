@@ -165,6 +165,7 @@ def at_edges(*depths):
     return edge
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_objects_before_and_after_meet_the_land(ctx, convention):
     depth, reverse, zero_to_one = CONVENTIONS[convention]

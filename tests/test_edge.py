@@ -114,6 +114,7 @@ def test_over_the_map_one_looks_out_on_a_plain_and_no_wall(ctx):
     assert np.abs(picture[: horizon - 2] - picture[land].mean(0)).mean() > 2 * from_land
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", ["lod", "error", "normals", "ambient"])
 def test_other_styles_show_the_map_alone(ctx, style):
     heightmap = plateau()

@@ -230,6 +230,7 @@ def check_bounds(land, seed, metric, rounds=3):
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metric", ["max", "rms"])
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=3)
@@ -242,6 +243,7 @@ def test_without_wide_records_the_bound_breaks(land, alone, monkeypatch):
     assert max(check_bounds(land, seed, "max", 2) for seed in range(3)) > 1
 
 
+@pytest.mark.slow
 def test_after_a_rebuild_a_store_is_that_of_the_edited_map(land, tmp_path):
     heights, path = land
     heights, new = bumped(heights, slice(25, 40), slice(60, 130))
@@ -499,6 +501,7 @@ def test_an_edit_of_one_post_at_the_rim_is_saved(placed):
         assert np.count_nonzero(renderer.heightmap.heights[:, :] != placed) == 1
 
 
+@pytest.mark.slow
 def test_an_edit_undone_is_none(placed):
     """Only the post that still differs is saved; without any, there is nothing to save, and the store is as it was."""
     with Renderer(StoredMap("s"), SIZE) as renderer:
@@ -569,6 +572,7 @@ def test_a_patch_file_with_wrong_values_is_refused_as_a_whole(placed):
         assert not isinstance(renderer.heightmap, EditedMap)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("crs", "fits"), [("EPSG:32633", False), ("EPSG:4978", False), ("EPSG:25832", True)])
 def test_a_window_in_another_coordinate_system_is_refused(placed, crs, fits):
     rasterio = pytest.importorskip("rasterio")
@@ -604,6 +608,7 @@ def test_edits_are_checked(land):
 # --- The command line -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_commands_draw_edits(placed, run):
     with Renderer(StoredMap("s"), SIZE) as renderer:
         renderer.edit(slice(20, 60), slice(30, 90), np.indices((40, 60)).sum(0) % 2 * 20.0)

@@ -17,6 +17,8 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.sat import Table
 from terrain_gl.terrain import Terrain
 
+pytestmark = pytest.mark.line
+
 SHAPES = [(2, 2), (2, 7), (7, 2), (12, 19), (49, 2), (65, 65)]  # MAPS has long and larger ones
 HALF = 1 + 2.0**-10 + 2.0**-18  # a half's last place, rounded up, and the rounding of the bound's own arithmetic
 WIDER = 1 + 2.0**-17  # class limits, twice rounded

@@ -24,6 +24,7 @@ def test_there_is_one_for_each_stage():
     assert all(f"examples/{path.name}" in (FOLDER / "README.md").read_text() for path in EXAMPLES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_example(example, tmp_path):
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}

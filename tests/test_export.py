@@ -157,6 +157,7 @@ def test_vertices_between_posts_of_high_land_are_not_rounded_to_its_height(cut, 
     assert np.abs(places[:, 2] - true_m).max() <= rounding_m(ending, true_m)
 
 
+@pytest.mark.slow
 def test_a_solid_of_high_land_is_rounded_to_its_own_size(cut, tmp_path):
     mesh = make_mesh(cut.triangles(), cut.terrain.filled, cut.heightmap.spacing_m)
     write_mesh(tmp_path / "m.stl", mesh)

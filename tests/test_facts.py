@@ -34,6 +34,7 @@ def rays(camera):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS)
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 def test_depth_place_normal_and_kind_agree(camera, factor):
@@ -59,6 +60,7 @@ def test_depth_place_normal_and_kind_agree(camera, factor):
     assert np.linalg.norm(normals[kind == LAND], axis=-1) == pytest.approx(1, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_surroundings_and_voids_are_told_apart():
     heights = hills()
     heights[50:70, 50:80] = np.nan

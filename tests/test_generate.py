@@ -192,13 +192,6 @@ def test_a_failure_leaves_nothing(ctx, tmp_path, monkeypatch):
 # --- The command ------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Give an empty folder to work in."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_the_printed_command_draws_the_land(folder, capsys):
     assert cli.main(["generate", "my land.png", "--size", "65x70", "--seed", "3", "--spacing", "40"]) == 0
     out, err = capsys.readouterr()

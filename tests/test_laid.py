@@ -88,6 +88,7 @@ def test_opacity_and_pictures_without_coordinates(heightmap, folder):
     assert read_ground("p.tif", None).shape[:2] == (160, 160)  # a map without a place is covered from edge to edge
 
 
+@pytest.mark.slow
 def test_a_picture_of_other_land_is_refused(heightmap):
     picture("p.tif", (2000, 0, 3000, 900))
     with pytest.raises(TerrainError, match=r"p\.tif: lies off the map"):

@@ -219,6 +219,7 @@ def test_the_bound_of_a_box_holds(ctx, seed):
     scene.release()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["odd", "cliff", "holes", "spike"])
 def test_achieved_is_at_most_certified_and_that_at_most_asked(name):
     rng = np.random.default_rng(len(name))

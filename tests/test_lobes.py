@@ -148,6 +148,7 @@ LANDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("land", "spacing"), list(zip(LANDS, (1.0, 0.01, 30.0, 1000.0, 10.0), strict=True)))
 def test_no_pixel_is_ever_nan(ctx, land, spacing):
     """For any land, sun and water. Colours are written as floats here, where a NaN would be seen."""

@@ -66,6 +66,7 @@ def area_mean_px(scene, mesh, camera):
     return float(np.sqrt((weight * np.square(px[seen])).sum() / weight.sum())) if seen.any() else 0.0
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(st.integers(0, 10**6))
 def test_the_mean_is_certified(ctx, seed):

@@ -25,9 +25,7 @@ from terrain_gl.viewer.notebook import View  # noqa: E402
 CAMERA = tg.Camera((640, -200, 400), (640, 640, 100))
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 @pytest.fixture

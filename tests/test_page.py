@@ -68,6 +68,7 @@ def test_nothing_is_loaded(hill, tmp_path):
     assert "The MIT License" in text and "three.js authors" in text
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path):
     np.save(tmp_path / "dem.npy", MAPS["odd"]().heights)
     done = spawn("mesh", "dem.npy", "-o", "land.html", "--texture", "64", "--voids", "hole", cwd=tmp_path)

@@ -281,6 +281,7 @@ def test_whatever_is_there_of_steep_maps_achieves_what_is_certified(steep, metri
     check_bounds(steep, 1, 3, [metric])
 
 
+@pytest.mark.slow
 def test_a_view_loads_what_it_needs_and_no_more(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
@@ -363,6 +364,7 @@ class Faulty(StoredMap):
         return super().page(key)
 
 
+@pytest.mark.slow
 def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
     whole, path = hills
     rng = np.random.default_rng(5)

@@ -18,10 +18,7 @@ COUNT = 12
 OUTPUTS = (*(f"film{ending}" for ending in CODECS), "frames/")
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 @pytest.fixture(params=OUTPUTS)

@@ -283,6 +283,7 @@ def half_done(r):
     return [room, *others]
 
 
+@pytest.mark.slow
 def test_portions_after_release_are_refused_or_closed(heightmap):
     camera = tg.Camera.default(heightmap)
     with tg.Renderer(heightmap, SIZE) as other:
@@ -392,6 +393,7 @@ def test_pieces_without_waiting(heightmap):
         assert r.render(tg.Camera.default(heightmap), size=(200, 100), style="depth").image.std() > 0
 
 
+@pytest.mark.slow
 def test_two_renderers_take_turns(heightmap):
     camera = tg.Camera.default(heightmap)
     other = tg.Heightmap(-heightmap.heights, (20.0, 30.0))

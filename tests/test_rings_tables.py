@@ -16,6 +16,8 @@ from terrain_gl.lod import Goal, RingsSelector, rings
 from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.verify.measure import Measurement
 
+pytestmark = pytest.mark.line
+
 SIZE = (160, 90)
 
 

@@ -16,6 +16,8 @@ from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.lod.ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, rings_around
 from terrain_gl.reference import rings as twin
 
+pytestmark = pytest.mark.line
+
 RNG = np.random.default_rng(8)
 
 

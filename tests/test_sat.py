@@ -10,6 +10,8 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu import gl
 from terrain_gl.sat import INT64, STRIP, WHOLE, SummedAreaTables, Table
 
+pytestmark = pytest.mark.line
+
 BITS = (8, 32, 64)
 SMALL = [(1, 1), (1, 6), (6, 1), (12, 19), (49, 2)]  # rows, cols
 LARGE = [(100, 300), (1000, 37), (4097, 33), (STRIP, STRIP + 1), (2 * STRIP, 2 * STRIP - 1)]
@@ -61,9 +63,9 @@ def plain_sums(values, boxes, bits):
 
 @pytest.mark.parametrize("bits", BITS)
 @pytest.mark.parametrize("shape", [*SMALL, LARGE[-2]], ids=str)
-def test_boxes_equal_python_integers(ctx, tables, shape, bits):
+def test_boxes_equal_python_integers(ctx, tables, sample, shape, bits):
     values = random_words((1, *shape), bits)
-    boxes = all_boxes(*shape) if shape in SMALL else random_boxes(*shape)
+    boxes = sample(all_boxes(*shape), 5) if shape in SMALL else random_boxes(*shape)
     kernels, buffer, table = built(ctx, tables, values)
     got = kernels.box_sums(buffer, table, boxes)
     sums, parts = got.reshape(len(boxes), -1), values[0].reshape(*shape, -1)

@@ -266,11 +266,12 @@ def test_a_finer_mesh_changes_little(scene):
     assert np.median(difference) <= 1 and (difference > 12).mean() <= 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1, 1), (2, 3), (57, 31)])
-def test_any_size_any_style(ctx, scene, size):
+def test_any_size_any_style(ctx, scene, sample, size):
     heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
     s = scene(heightmap, size=size)
-    for style in STYLES:
+    for style in sample(STYLES, 3):
         picture = s.draw(Camera.default(heightmap), style=style)
         assert picture.shape == (size[1], size[0], 4) and picture.dtype == np.uint8 and np.all(picture[..., 3] == 255)
         assert np.array_equal(s.draw(Camera.default(heightmap), style=style), picture), style
@@ -288,6 +289,7 @@ def test_resizing(scene):
     assert np.array_equal(before, after)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "heights",
     [
@@ -298,10 +300,10 @@ def test_resizing(scene):
     ],
     ids=["flat", "high", "2x2", "tiny"],
 )
-def test_odd_maps_and_suns(ctx, scene, heights):
+def test_odd_maps_and_suns(ctx, scene, sample, heights):
     heightmap = Heightmap(heights, spacing_m=1.0)
     s = scene(heightmap, size=(40, 30))
-    for style in STYLES:
+    for style in sample(STYLES, 4):
         s.draw(Camera.default(heightmap), style=style)
     for sun in ((0, 90), (123, 0), (200, -30)):
         s.draw(Camera.default(heightmap), sun=sun)
@@ -329,6 +331,7 @@ def test_error_style_stays_below_the_tolerance(scene):
     assert not beyond.any()
 
 
+@pytest.mark.slow
 def test_egl_and_osmesa_give_the_same_bytes():
     heightmap = Heightmap(hills(129, 100), spacing_m=30.0)
     pictures = []
@@ -375,6 +378,7 @@ def keys(t):
     return np.where(t < 1, 1 + t * t * (1.5 * t - 2.5), 2 + t * (-4 + t * (2.5 - 0.5 * t)))
 
 
+@pytest.mark.slow
 def test_a_small_picture_is_enlarged_by_cubic_convolution(ctx, scene):
     """The corners of the kernel are left out, so it is not quite the same; linear enlargement is much further off."""
     heightmap = Heightmap(hills(64, 65), spacing_m=30.0)

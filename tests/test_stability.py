@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
@@ -76,12 +77,14 @@ def lights_of(heightmap, ctx, cameras, baseline=None, fine=1):
     return lights
 
 
+@pytest.mark.slow
 def test_far_mountains_do_not_shimmer(ctx):
     heightmap = rough_mountains()
     cameras = crawl(heightmap)[:12]
     assert shimmer(lights_of(heightmap, ctx, cameras, "point")) >= 4 * shimmer(lights_of(heightmap, ctx, cameras))
 
 
+@pytest.mark.slow
 def test_far_mountains_change_no_more_than_the_truth_does(ctx):
     """The truth: 256 places a pixel, each lit with its own normal, in every tenth of sixty frames."""
     heightmap = rough_mountains()

@@ -324,6 +324,7 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(undisturbed):
     assert digest("s") == undisturbed
 
 
+@pytest.mark.slow
 def test_a_build_that_was_cut_off_leaves_nothing_behind(undisturbed, monkeypatch):
     """As if killed after any write: of shards, of the journal, of the store's metadata."""
     writes = 0
@@ -425,8 +426,8 @@ def test_a_damaged_tile_is_missing_and_named(undisturbed, harm):
         arrays.read("heights", 0, (slice(64, 80), slice(144, 160)))
 
 
-def test_the_command_builds_and_tells(tmp_path, monkeypatch, run):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.slow
+def test_the_command_builds_and_tells(folder, monkeypatch, run):
     np.save("dem.npy", rough(60, 80))
     done = spawn("build", "dem.npy", "-o", "s", "--spacing", "5")
     assert (done.returncode, done.stderr) == (0, "") and "80 x 60 posts" in done.stdout

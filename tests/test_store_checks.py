@@ -221,8 +221,7 @@ def test_check_stands_alone(store, run):
 
 
 @pytest.mark.slow
-def test_ten_pairs_of_builds_at_once(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_ten_pairs_of_builds_at_once(folder):
     np.save("dem.npy", rough(100, 150))
     words = [sys.executable, "-m", "terrain_gl", "build", "dem.npy", "-o"]
     for pair in range(10):

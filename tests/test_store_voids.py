@@ -199,8 +199,7 @@ def test_a_mosaic_may_lack_tiles(tmp_path):
     np.testing.assert_array_equal(stored.part(slice(0, 128), slice(0, 128)), heights)
 
 
-def test_the_command_tells_of_voids(tmp_path, monkeypatch, run):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_tells_of_voids(folder, run):
     np.save("dem.npy", torn(40, 240)[:, :90])
     assert "posts without data" in run("build", "dem.npy", "-o", "s")[1]
     np.save("void.npy", np.full((20, 20), np.nan, np.float32))

@@ -18,8 +18,7 @@ from terrain_gl.viewer.recovery import lost_land, offer_of
 
 
 @pytest.mark.slow
-def test_random_events_break_nothing(ctx, make_app, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_random_events_break_nothing(ctx, make_app, folder):
     app = make_app((320, 200), with_map=False)
     heightmap = hills(33)
     app.viewer.show(Renderer(heightmap, (80, 50), ctx=ctx), Opened(heightmap, Camera.default(heightmap), key="hills"))

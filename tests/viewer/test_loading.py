@@ -175,8 +175,7 @@ def test_an_assumed_spacing_is_said_and_can_be_set(empty, tmp_path):
         assert "spacing" in said.pop() and empty.scene.renderer.heightmap.spacing_m == (30.0, 30.0)
 
 
-def test_undone_strokes_are_not_unsaved_land(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_undone_strokes_are_not_unsaved_land(viewer, folder):
     with_a_stroke(viewer)
     assert viewer.sculpting.unsaved
     press(viewer, "ctrl+z")
@@ -196,8 +195,7 @@ def test_undone_strokes_are_not_unsaved_land(viewer, tmp_path, monkeypatch):
     assert not viewer.sculpting.unsaved
 
 
-def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_edits_are_not_lost_without_a_warning(viewer, folder):
     with_a_stroke(viewer)
     press(viewer, "escape")
     press(viewer, "ctrl+q")
@@ -218,7 +216,7 @@ def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
     viewer.sculpting.save(viewer.sculpting.save_as)
     viewer.sculpting.join()
     later(viewer)
-    assert str(tmp_path) in viewer.window.message and not viewer.sculpting.unsaved
+    assert str(folder) in viewer.window.message and not viewer.sculpting.unsaved
     press(viewer, "escape")
     press(viewer, "ctrl+q")
     assert viewer.window.closing

@@ -35,25 +35,23 @@ from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.saver import SIZES, free_path
 
 
-def test_the_picture_is_saved_without_panels_beside_earlier_ones(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_picture_is_saved_without_panels_beside_earlier_ones(viewer, folder):
     for _ in range(2):
         viewer.window.message = ""
         press(viewer, "p")
         while not viewer.window.message:
             later(viewer)
             viewer.saver.join()
-    assert sorted(path.name for path in tmp_path.glob("*.png")) == ["hills-001.png", "hills-002.png"]
-    assert np.array_equal(load(tmp_path / "hills-001.png"), drawn_at_once(viewer))
-    assert json.loads((tmp_path / "hills-001.json").read_text())["triangles"] == viewer.painter.frame.stats["triangles"]
-    assert (tmp_path / "hills-001.png").read_bytes() == (tmp_path / "hills-002.png").read_bytes()
+    assert sorted(path.name for path in folder.glob("*.png")) == ["hills-001.png", "hills-002.png"]
+    assert np.array_equal(load(folder / "hills-001.png"), drawn_at_once(viewer))
+    assert json.loads((folder / "hills-001.json").read_text())["triangles"] == viewer.painter.frame.stats["triangles"]
+    assert (folder / "hills-001.png").read_bytes() == (folder / "hills-002.png").read_bytes()
     assert free_path("x/hills.tif").name == "hills-003.png"
-    assert f"saved {tmp_path.resolve() / 'hills-002.png'}" in viewer.window.message
+    assert f"saved {folder.resolve() / 'hills-002.png'}" in viewer.window.message
 
 
-def test_a_picture_that_cannot_be_saved_gives_a_message(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    shutil.rmtree(tmp_path)
+def test_a_picture_that_cannot_be_saved_gives_a_message(viewer, folder):
+    shutil.rmtree(folder)
     settle(viewer)
     press(viewer, "p")
     while not viewer.window.message:
@@ -137,19 +135,17 @@ def test_a_film_is_drawn_in_full_quality_along_the_flown_path(viewer, tmp_path, 
     assert changed(frames[-1], frames[0]) > 0.01
 
 
-def test_a_film_is_cancelled_and_leaves_nothing_half_written(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_film_is_cancelled_and_leaves_nothing_half_written(viewer, folder, monkeypatch):
     monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
     fly(viewer)
     set_budget(viewer, slow())
     later(viewer)
     press(viewer, "escape")
     assert not viewer.saver.shot and viewer.window.message == "cancelled" and not viewer.window.closing
-    assert [path.name for path in tmp_path.iterdir()] == ["hills-001-path.json"]
+    assert [path.name for path in folder.iterdir()] == ["hills-001-path.json"]
 
 
-def test_a_window_that_closes_warns_of_a_film_under_way(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_window_that_closes_warns_of_a_film_under_way(viewer, folder):
     settle(viewer)
     press(viewer, "r")
     for _ in range(5):
@@ -160,8 +156,7 @@ def test_a_window_that_closes_warns_of_a_film_under_way(viewer, tmp_path, monkey
     assert viewer.window.closing
 
 
-def test_the_sun_of_a_film_moves_as_it_moved(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_sun_of_a_film_moves_as_it_moved(viewer, folder, monkeypatch):
     monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
     settle(viewer)
     viewer.settings.change_all(sun=(120.0, 60.0))
@@ -173,7 +168,7 @@ def test_the_sun_of_a_film_moves_as_it_moved(viewer, tmp_path, monkeypatch):
     press(viewer, "r")
     assert [frame.sun for frame in CameraPath.open("hills-001-path.json").keyframes][-1] == (120.0, 10.0)
     finish(viewer)
-    pictures = sorted((tmp_path / "hills-001").iterdir())
+    pictures = sorted((folder / "hills-001").iterdir())
     with Renderer(viewer.scene.renderer.heightmap, (320, 200), ctx=viewer.ctx) as renderer:
         lit = renderer.render(viewer.scene.controller.camera, sun=(120.0, 60.0)).image[..., :3].astype(int)
     assert changed(load(pictures[0]), lit) < 0.01 < 0.3 < changed(load(pictures[-1]), lit)
@@ -181,20 +176,18 @@ def test_the_sun_of_a_film_moves_as_it_moved(viewer, tmp_path, monkeypatch):
     assert np.array_equal(seen(viewer), drawn_at_once(viewer))  # the window has its own light again
 
 
-def test_a_film_that_cannot_be_written_gives_a_message(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_film_that_cannot_be_written_gives_a_message(viewer, folder, monkeypatch):
     settle(viewer)
     press(viewer, "r")
     later(viewer, 0.05)
     press(viewer, "r")
     assert not viewer.saver.filming.running and "too short" in viewer.window.message
-    monkeypatch.setattr("terrain_gl.viewer.saver.free_path", lambda *_: tmp_path / "nowhere" / "film.mp4")
+    monkeypatch.setattr("terrain_gl.viewer.saver.free_path", lambda *_: folder / "nowhere" / "film.mp4")
     fly(viewer)
     assert not viewer.saver.filming.running and not viewer.saver.shot and "nowhere" in viewer.window.message
 
 
-def test_another_exaggeration_ends_a_picture(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_another_exaggeration_ends_a_picture(viewer, folder):
     settle(viewer)
     set_budget(viewer, slow())
     press(viewer, "p")
@@ -202,17 +195,16 @@ def test_another_exaggeration_ends_a_picture(viewer, tmp_path, monkeypatch):
     viewer.exaggerate(2.0)
     assert not viewer.saver.shot and "exaggeration" in viewer.window.message
     settle(viewer)
-    assert list(tmp_path.iterdir()) == [] and light_is_up_to_date(viewer)
+    assert list(folder.iterdir()) == [] and light_is_up_to_date(viewer)
 
 
-def test_another_map_ends_a_recording(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_another_map_ends_a_recording(viewer, folder):
     settle(viewer)
     press(viewer, "r")
     later(viewer, 0.1)
     viewer.rescale(spacing_m=(20.0, 20.0))
     settle(viewer)
-    assert not viewer.saver.filming.running and not list(tmp_path.iterdir())
+    assert not viewer.saver.filming.running and not list(folder.iterdir())
 
 
 def test_the_view_is_copied_as_a_command_line(viewer):
@@ -330,8 +322,8 @@ def test_an_overlay_without_a_file_is_told(laid):
     assert "an overlay is in no file" in laid.window.message
 
 
-def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.slow
+def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, folder, monkeypatch):
     monkeypatch.setitem(SIZES, "large", (450, 260))
     viewer.saver.size = "large"
     settle(viewer)
@@ -348,7 +340,7 @@ def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monk
     later(viewer)
     viewer.mouse.press("left", 160, 150)
     viewer.mouse.release("left", 160, 150)
-    assert not viewer.saver.shot and "map has changed" in viewer.window.message and not list(tmp_path.iterdir())
+    assert not viewer.saver.shot and "map has changed" in viewer.window.message and not list(folder.iterdir())
     press(viewer, "ctrl+z")
     press(viewer, "b")
     settle(viewer)  # unused headroom is given back
@@ -361,7 +353,7 @@ def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monk
         while viewer.saver.shot:
             later(viewer)
         viewer.saver.join()
-    whole, parts = (load(tmp_path / f"hills-00{i}.png") for i in (1, 2))
+    whole, parts = (load(folder / f"hills-00{i}.png") for i in (1, 2))
     with Renderer(viewer.scene.renderer.heightmap, (450, 260), ctx=viewer.ctx) as renderer:
         shaded, normals = (
             renderer.render(viewer.scene.controller.camera, style=style).image[..., :3]
@@ -369,7 +361,7 @@ def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monk
         )
     assert np.array_equal(whole, shaded)
     assert np.array_equal(parts, np.concatenate([shaded[:, :180], normals[:, 180:]], 1))
-    numbers = json.loads((tmp_path / "hills-002.json").read_text())
+    numbers = json.loads((folder / "hills-002.json").read_text())
     assert [side["width"] for side in numbers] == [450, 450] and numbers[0]["triangles"] > 100
     press(viewer, "t")
     set_budget(viewer, swift())
@@ -379,8 +371,7 @@ def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monk
 
 
 @pytest.mark.parametrize("ending", FORMATS)
-def test_the_mesh_is_saved_as_it_is_drawn(viewer, tmp_path, monkeypatch, ending):
-    monkeypatch.chdir(tmp_path)
+def test_the_mesh_is_saved_as_it_is_drawn(viewer, folder, ending):
     settle(viewer)
     set_budget(viewer, slow())
     viewer.scene.controller.look(40, 0)
@@ -389,7 +380,7 @@ def test_the_mesh_is_saved_as_it_is_drawn(viewer, tmp_path, monkeypatch, ending)
     press(viewer, "o")
     viewer.saver.join()
     told = int(viewer.window.message.split(": ")[1].split()[0].replace(",", ""))
-    content = (tmp_path / f"hills-001{ending}").read_bytes()
+    content = (folder / f"hills-001{ending}").read_bytes()
     settle(viewer)
     assert told == viewer.painter.frame.stats["triangles"]
     if ending == ".ply":
@@ -401,8 +392,7 @@ def test_the_mesh_is_saved_as_it_is_drawn(viewer, tmp_path, monkeypatch, ending)
     assert "no triangles" in viewer.window.message
 
 
-def test_a_saved_mesh_has_no_triangle_over_a_void_that_is_drawn_as_a_hole(empty, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_saved_mesh_has_no_triangle_over_a_void_that_is_drawn_as_a_hole(empty, folder):
     heights = np.add.outer(np.sin(np.arange(60) / 9.0), np.cos(np.arange(80) / 7.0)) * 20
     heights[20:30, 20:50] = np.nan
     heightmap = Heightmap(heights, 5.0, "gap")
@@ -414,7 +404,7 @@ def test_a_saved_mesh_has_no_triangle_over_a_void_that_is_drawn_as_a_hole(empty,
         empty.settings.change_all(voids=voids)
         press(empty, "o")
         empty.saver.join()
-        lines = [line.split() for line in sorted(tmp_path.glob("*.obj"))[-1].read_text().splitlines()]
+        lines = [line.split() for line in sorted(folder.glob("*.obj"))[-1].read_text().splitlines()]
         at = np.array([line[1:3] for line in lines if line[0] == "v"], float)
         corners = at[np.array([[c.split("/")[0] for c in line[1:]] for line in lines if line[0] == "f"], int) - 1]
         middle = corners.mean(1) / 5
@@ -422,10 +412,9 @@ def test_a_saved_mesh_has_no_triangle_over_a_void_that_is_drawn_as_a_hole(empty,
     assert covered[0] > 0 == covered[1]
 
 
-def test_bookmarks_become_a_path(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bookmarks_become_a_path(viewer, folder):
     press(viewer, "k")
-    assert "bookmarks" in viewer.window.message and not list(tmp_path.iterdir())
+    assert "bookmarks" in viewer.window.message and not list(folder.iterdir())
     press(viewer, "ctrl+2")
     viewer.scene.controller.look(200, 0)
     press(viewer, "ctrl+1")
@@ -443,9 +432,8 @@ def test_bookmarks_become_a_path(viewer, tmp_path, monkeypatch):
     assert np.array(eyes) == pytest.approx(np.array([frame.camera.eye for frame in path.keyframes]))  # true heights
 
 
-def test_a_saved_picture_of_errors_has_its_bar_of_colours(viewer, tmp_path, monkeypatch):
+def test_a_saved_picture_of_errors_has_its_bar_of_colours(viewer, folder):
     """In the window, the panel's legend takes its place."""
-    monkeypatch.chdir(tmp_path)
     viewer.settings.change(style="error")
     settle(viewer)
     viewer.window.message = ""
@@ -456,5 +444,5 @@ def test_a_saved_picture_of_errors_has_its_bar_of_colours(viewer, tmp_path, monk
     shown = drawn_at_once(viewer)
     with Renderer(viewer.scene.heightmap, viewer.window.size) as renderer:
         own = renderer.render(viewer.scene.controller.camera, **vars(viewer.settings.options)).image[..., :3]
-    assert np.array_equal(load(tmp_path / "hills-001.png"), own)
+    assert np.array_equal(load(folder / "hills-001.png"), own)
     assert not np.array_equal(shown, own)

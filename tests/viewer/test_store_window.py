@@ -294,6 +294,7 @@ def test_lines_lie_on_the_exaggerated_land_of_a_store(shown):
     assert orange.sum() > 20
 
 
+@pytest.mark.slow
 def test_the_summed_area_table_of_a_tile_gives_the_mean_of_a_box(shown):
     app, stored = shown
     viewer = app.viewer
@@ -443,6 +444,7 @@ def test_a_brush_over_a_tile_that_cannot_be_read_says_so(shown, monkeypatch):
     assert "checksum" in app.viewer.window.message and not app.viewer.sculpting.unsaved
 
 
+@pytest.mark.slow
 def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, tmp_path, monkeypatch):
     app, stored = shown
     stored.gate.set()
@@ -588,6 +590,7 @@ def test_other_commands_name_the_command_that_builds(raster, run):
     assert status == 1 and err.count("\n") == 1 and "terrain-gl build huge.tif -o huge.zarr" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shown", ["shaded"], indirect=True)
 @pytest.mark.parametrize("ripe_s", [math.inf, 0.0])
 def test_a_full_picture_waits_for_the_light_of_its_tiles(shown, monkeypatch, ripe_s):

@@ -51,8 +51,7 @@ def test_a_full_picture_in_steps_is_the_same(viewer):
     assert np.array_equal(drawn_at_once(viewer), drawn)
 
 
-def test_a_window_of_no_size_does_nothing(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_window_of_no_size_does_nothing(viewer, folder):
     settle(viewer)
     size, before = viewer.window.size, viewer.scene.renderer.heightmap.heights.copy()
     viewer.mouse.press("left", 160, 150)
@@ -67,7 +66,7 @@ def test_a_window_of_no_size_does_nothing(viewer, tmp_path, monkeypatch):
     viewer.window.resize(size)
     settle(viewer)
     assert np.array_equal(viewer.scene.renderer.heightmap.heights, before) and viewer.painter.frame.measured_px
-    assert not list(tmp_path.iterdir())
+    assert not list(folder.iterdir())
     press(viewer, "b")
     settle(viewer)
     viewer.mouse.press("left", 160, 150)
@@ -84,8 +83,7 @@ def test_a_window_of_no_size_does_nothing(viewer, tmp_path, monkeypatch):
     assert viewer.window.closing
 
 
-def test_keys_do_what_they_say(viewer, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_keys_do_what_they_say(viewer, folder):
     viewer.window.resize((80, 50))  # there are many of them
     settle(viewer)
     for key in BY_KEY:
@@ -156,9 +154,8 @@ def test_a_minimised_window_draws_nothing_and_comes_back(viewer):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_after_random_events_tables_and_bound_hold(viewer, seed, tmp_path, monkeypatch):
+def test_after_random_events_tables_and_bound_hold(viewer, seed, folder):
     """Random keys, strokes, sizes and frames in any order; each frame does one step of any work."""
-    monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(seed)
     settle(viewer)
     set_budget(viewer, slow())
