@@ -28,7 +28,7 @@ from terrain_gl.readers.plausible import guess, not_of_the_earth, plausible_spac
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.units import contradictions
 from terrain_gl.readers.values import AS_STORED, read_heights
-from terrain_gl.sight import Sight, bend_per_m, lines_of_sight
+from terrain_gl.sight import Sight, bend_per_m, lines_of_sight, seen_from
 
 MIN_SPACING_M = 1e-6
 MAX_SPACING_M = 1e6
@@ -361,7 +361,7 @@ class Heightmap:
     def viewshed(
         self, a: ArrayLike, above_m: float = 0.0, curvature: str = "auto", refraction: float = 0.0
     ) -> np.ndarray:
-        """Which posts a place sees: (rows, cols) bool. One exact line of sight for each post, so large maps take long.
+        """Which posts a place sees: (rows, cols) bool. One exact line of sight for each post.
 
         Parameters
         ----------
@@ -378,7 +378,8 @@ class Heightmap:
         posts = np.stack([col * spacing_m[0], (self.rows - 1 - row) * spacing_m[1], heights + above_m], -1)
         known = np.isfinite(heights)
         seen = np.zeros(known.shape, bool)
-        seen[known] = self.sees(a, posts[known], curvature, refraction).seen
+        bend = bend_per_m(self.georeference, max(self.extent_m), curvature, refraction)
+        seen[known] = seen_from(heights, spacing_m, a, posts[known], bend)
         return seen
 
     @property

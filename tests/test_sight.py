@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from terrain_gl import Heightmap, UsageError, reference
+from terrain_gl import sight as lines
 
 EARTH_M = 6378137.0
 
@@ -126,6 +127,60 @@ def test_voids_hide_nothing():
     assert heightmap.sees((10, 150, 2), (280, 150, 2))
     assert not heightmap.sees((10, 270, 2), (280, 270, 2))
     assert not heightmap.viewshed((10, 150, 2))[15, 15]
+
+
+def test_portions_are_dropped_only_where_they_cannot_matter(monkeypatch):
+    """Highest posts of blocks spare nine cells of ten, and change nothing; wrong ones do."""
+    heightmap = hills(257, 257, 3)
+    a, b = pairs(heightmap, 1000, 8, 100.0)
+    cells, parabolas = [], lines._Lines._parabolas
+
+    def counted(self, portion):
+        cells.append(len(portion.line))
+        return parabolas(self, portion)
+
+    monkeypatch.setattr(lines._Lines, "_parabolas", counted)
+    found = [heightmap.sees(a, b)]
+    seen = [lines.seen_from(heightmap.heights, heightmap.spacing_m, a[0], b, 0.0)]
+    some = sum(cells)
+    highest = lines._highest(heightmap.heights)
+    for blocks in ([], [each - 50 for each in highest]):
+        cells.clear()
+        monkeypatch.setattr(lines, "_highest", lambda heights, blocks=blocks: blocks)
+        found.append(heightmap.sees(a, b))
+        seen.append(lines.seen_from(heightmap.heights, heightmap.spacing_m, a[0], b, 0.0))
+        if not blocks:
+            assert 10 * some < sum(cells)
+    for name in ("seen", "hidden_by", "clearance_m"):
+        one, other, wrong = (getattr(each, name) for each in found)
+        np.testing.assert_allclose(one, other, atol=1e-8)
+        assert not np.array_equal(one, wrong, equal_nan=True)
+    assert np.array_equal(seen[0], seen[1]) and not np.array_equal(seen[0], seen[2])
+
+
+def test_the_highest_posts_of_blocks():
+    heights = np.random.default_rng(0).normal(0, 50, (38, 71)).astype("f4")
+    heights[20:30, 40:60] = np.nan
+    for level, found in enumerate(lines._highest(heights), lines.SMALLEST):
+        side = 1 << level
+        for row, col in np.ndindex(found.shape):
+            block = heights[row * side : row * side + side + 1, col * side : col * side + side + 1]
+            assert found[row, col] == (-np.inf if np.isnan(block).all() else np.nanmax(block))
+    assert found.shape == (1, 1)
+
+
+def test_lines_that_touch_the_map_at_one_place():
+    flat = Heightmap(np.full((20, 30), 5.0), 10.0)
+    for a, b, height_m in [
+        ((100, -90, 50), (120, 0, 4), -1.0),  # it ends on the rim, under the ground
+        ((120, 0, 7), (100, -90, 50), 2.0),
+        ((-50, 40, 8), (50, -60, 8), np.inf),  # past the corner
+        ((-50, 50, 8), (50, -50, 8), 3.0),  # through the corner
+    ]:
+        found = flat.sees(a, b)
+        assert found.clearance_m == pytest.approx(height_m) and bool(found) == (height_m > 0)
+        if not found:
+            assert found.hidden_by == pytest.approx((*b[:2], 5.0))
 
 
 def test_what_a_place_sees():

@@ -1,12 +1,15 @@
 // shade/facts.frag — what a pixel shows: view depth, kind, place and normal, all from the same samples.
 //   The kind is that of most samples. Of these samples, those on the same surface count, and the place is on the ray
 //   through their middle: the middle of the pixel, unless an edge passes through it.
-//   part 0: place east, north, up from the eye; view depth        part 1: normal; kind, one of renderer.facts.KINDS
+//   FACTS 0: place east, north, up from the eye; view depth        FACTS 1: normal; kind, one of renderer.facts.KINDS
 
 #include "shade/samples.glsl"
 #include "shade/marks.glsl"
 
-uniform int u_part;
+#ifndef FACTS
+#define FACTS 0
+#endif
+
 uniform float u_level_m;  // height of standing water above the base; far below it if there is none
 uniform bool u_edge_is_sea;
 
@@ -61,7 +64,9 @@ void main() {
         for (int i = 0; i < SAMPLES; i++)
             sum += float(best >> i & 1) * texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
         depth = view_depth_m(sum / float(bitCount(best)));  // on a plane, values of the depth buffer are linear
+#if FACTS == 1
         normal = normal_of(ground_of(best).fine.slope);
+#endif
     }
     else if (kind == FLOOD) depth = plane_depth(ray, u_level_m);
     else if (kind == WALL) {
@@ -69,5 +74,5 @@ void main() {
         normal = wall_normal(place);
     }
     else if (kind != OPEN_SKY) depth = plain_depth(ray);
-    out_fact = u_part == 0 ? vec4(ray.start + ray.along * depth, depth) : vec4(normal, float(KIND_OF[kind]));
+    out_fact = FACTS == 0 ? vec4(ray.start + ray.along * depth, depth) : vec4(normal, float(KIND_OF[kind]));
 }

@@ -293,8 +293,8 @@ class Picture:
         is_wet = look.style == "shaded" and look.water_m is not None
         level_m = look.water_m - self.terrain.base_m if is_wet and look.water_m is not None else -1e30
         wanted = self._wanted(look, edge)
-        wanted.uniforms.update(part=part, level_m=level_m)
-        return wanted
+        wanted.uniforms.update(level_m=level_m)
+        return wanted._replace(light={**wanted.light, "FACTS": part})
 
     def draw_into(self, state: State, uniforms: dict[str, Any]) -> None:
         """Draw the finished picture with its depth: glsl/shade/into.frag; `uniforms` are about the caller's clip space.
