@@ -449,3 +449,34 @@ def test_thin_maps_are_drawn(tmp_path, ctx, shape):
         found = renderer.measure()
     assert found["complete"] and found["holes"] == 0 and found["posts_measured"] > 1000
     assert found["max_error_px"] <= found["certified_max_error_px"] <= 1
+
+
+@pytest.mark.parametrize("steep", [1, 60])
+def test_an_array_without_a_spacing_is_built_as_a_file_is(tmp_path, steep):
+    y, x = np.mgrid[:300, :300]
+    heights = (steep * np.sin(x / 9) * np.cos(y / 11) * 4).astype("f4")
+    np.save(tmp_path / "a.npy", heights)
+    told = {"file": [], "array": []}
+    for name, source in (("file", tmp_path / "a.npy"), ("array", heights)):
+        build(source, tmp_path / name, tell=told[name].append)
+    spacings = {StoredMap(tmp_path / name).spacing_m for name in told}
+    assert spacings == {Heightmap.of(heights).spacing_m} and (spacings == {(1.0, 1.0)}) == (steep == 1)
+    assert [len(lines) for lines in told.values()] == [int(steep > 1)] * 2
+    assert all("is chosen; give --spacing" in line for lines in told.values() for line in lines)
+    build(heights, tmp_path / "given", spacing_m=1.0, tell=pytest.fail)
+
+
+def test_a_lazy_array_without_a_spacing_gets_a_line_and_is_not_computed_for_it(tmp_path):
+    class Lazy:
+        shape, dtype, read = (300, 300), np.dtype("f4"), 0
+
+        def __getitem__(self, window):
+            Lazy.read += 1
+            return np.zeros((300, 300), "f4")[window]
+
+    told = []
+    about = build(Lazy(), tmp_path / "s", tell=told.append)
+    assert len(told) == 1 and "1 m apart; give spacing_m" in told[0] and about["spacing_m"] == [1.0, 1.0]
+    reads, Lazy.read = Lazy.read, 0
+    build(Lazy(), tmp_path / "t", spacing_m=1.0, tell=pytest.fail)
+    assert reads == Lazy.read

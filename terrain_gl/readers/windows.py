@@ -21,7 +21,7 @@ from terrain_gl.readers.gdal import closed_environment, open_layer, place_of, re
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed, spacing_in_the_middle
 from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.place import Place, check_crs
-from terrain_gl.readers.plausible import guess, sample_of
+from terrain_gl.readers.plausible import guess, plausible_spacing, sample_of
 from terrain_gl.readers.raster import Raster, Spacing, both, utf8
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.units import contradictions
@@ -29,6 +29,7 @@ from terrain_gl.readers.values import AS_STORED, heights_of
 
 _ALL = slice(None)
 _SAMPLES = 1024  # posts a side where marks of voids are looked for
+_ONE_METRE = "no spacing is given: posts count as 1 m apart; give spacing_m"
 _STRIP_POSTS = 1 << 22  # posts that are read at once for a guess
 _LEAST_STRIP = 16  # rows
 
@@ -96,7 +97,7 @@ def identity_of(path: str, reading: Reading) -> list[Any]:
     return [os.path.basename(path), files, repr(reading)]
 
 
-def windows_of(source: Any, name: str) -> WindowedRaster:
+def windows_of(source: Any, name: str) -> Sliced:
     """Windows of a DataArray of xarray, or of any 2-D object with `shape` and slices (numpy, Dask, Zarr, h5py, ...)."""
     if is_labelled(source):
         sliced = Sliced(*lazy_array(source, name))
@@ -118,6 +119,16 @@ class Sliced(WindowedRaster):
         super().__init__(raster)
         self.identity = getattr(source, "identity", None)
         self._source = source
+
+    def guess(self) -> None:
+        """Choose a spacing for an array without one, as for files. Lazy arrays get a line, and are not computed."""
+        if self.spacing_m is not None:
+            return
+        notes: tuple[str, ...] = (_ONE_METRE,)
+        if isinstance(self._source, np.ndarray):
+            strip = max(1, _STRIP_POSTS // self.shape[1])
+            _, self.spacing_m, notes = plausible_spacing(sample_of(self.read, self.shape, strip))
+        self.notes = self.notes + notes
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""

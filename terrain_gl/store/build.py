@@ -64,7 +64,8 @@ def build(
     output
         The store's folder. If it holds an unfinished store of the same source, the build continues.
     spacing_m
-        Metres between posts; by default the spacing in the source, else 1.
+        Metres between posts; by default the spacing in the source. If it has none, 1, or more if land would be too
+        steep: a note says so, as for files. An array that is computed window by window counts as 1, with a note.
     reading
         How files are read.
     fill_m
@@ -144,7 +145,10 @@ def _opened(
         return open_windows([source], reading, spacing_m, show)
     if isinstance(source, Sequence) and source and isinstance(source[0], str | os.PathLike):
         return open_windows(source, reading, spacing_m, show)
-    return windows_of(source, str(getattr(source, "name", None) or type(source).__name__))
+    windows = windows_of(source, str(getattr(source, "name", None) or type(source).__name__))
+    if spacing_m is None:
+        windows.guess()
+    return windows
 
 
 def _finished(path: str) -> dict[str, Any] | None:
