@@ -31,7 +31,7 @@ def test_a_table_has_its_rows_and_says_where_they_come_from(table):
 @pytest.mark.parametrize(
     ("table", "key"),
     [
-        pytest.param(table, key, marks=[pytest.mark.slow] * (table.name == "equal-triangles"))
+        pytest.param(table, key, marks=[pytest.mark.slow] * (table.name in ("equal-triangles", "spread")))
         for table in numbers.TABLES
         for key in table.sample
     ],

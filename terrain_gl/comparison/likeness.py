@@ -43,9 +43,14 @@ def flip_of_light(truth: np.ndarray, test: np.ndarray) -> float | None:
     """`flip` of two pictures of linear light, (height, width, 3) from 0 to 1."""
     if not hasattr(oiio.ImageBufAlgo, "FLIP_diff"):  # OpenImageIO has it since 3.2
         return None
+    return float(flip_map(truth, test).mean())
+
+
+def flip_map(truth: np.ndarray, test: np.ndarray) -> np.ndarray:
+    """FLIP of each pixel, (height, width) float64, of two pictures of linear light; needs OpenImageIO 3.2."""
     light = [oiio.ImageBuf(np.ascontiguousarray(picture, np.float32)) for picture in (truth, test)]
     error = oiio.ImageBufAlgo.FLIP_diff(light[0], light[1], hdr=0)
-    return float(np.asarray(error.get_pixels()).mean(dtype=np.float64))
+    return np.asarray(error.get_pixels(), np.float64).reshape(truth.shape[:2])
 
 
 def skyline(truth: np.ndarray, test: np.ndarray) -> Skyline:
