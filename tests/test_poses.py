@@ -8,9 +8,11 @@ from commands import small_map
 
 import terrain_gl as tg
 from terrain_gl.camera.lens import Lens
+from terrain_gl.cli.scene import CommandScene
+from terrain_gl.renderer.options import FrameOptions
 
 SIZE = (160, 90)
-POSE = {"eye", "target", "fov_deg", "K", "R", "t", "sun"}
+POSE = {"eye", "target", "fov_deg", "projection", "K", "R", "t", "sun"}
 
 
 def projected(pose, points):
@@ -71,3 +73,18 @@ def test_a_path_moves_the_sun(run, folder):
     assert run(*words, "--fps", "2", "-o", "film/", "--json", "f.json")[0] == 0
     first, last = (frame["sun"][0] for frame in told("f.json")["frames"])
     assert first == 100 and last > first
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.5])
+def test_the_pose_of_an_orthographic_camera(factor):
+    """A place is at K (x, y, 1), with its height as drawn."""
+    heightmap = tg.Heightmap(np.zeros((9, 9)), 10.0)
+    for aspect in (None, 2.5):
+        camera = tg.Camera.orthographic((40, -20, 60), (45, 50, 0), 90.0, aspect=aspect)
+        pose = CommandScene(heightmap, camera, FrameOptions(exaggeration=factor)).pose(SIZE)
+        points = np.random.default_rng(8).uniform(0, 80, (20, 3))
+        drawn = camera.over_exaggerated(factor).pixels(points * [1 / factor, 1 / factor, 1], SIZE)
+        at = np.array(pose["R"]) @ (points * [1, 1, factor]).T + np.array(pose["t"])[:, None]
+        at[2] = 1
+        assert pose["projection"] == "orthographic"
+        np.testing.assert_allclose((np.array(pose["K"]) @ at)[:2].T, drawn, atol=1e-9)

@@ -273,6 +273,14 @@ class Camera:
         """
         if self.is_orthographic:
             raise UsageError("to_opencv: an orthographic camera has no intrinsic matrix")
+        return self.matrices(size)
+
+    def matrices(self, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """K, R and t of a picture of `size`, as for `from_opencv`, also for an orthographic camera.
+
+        A place is at (x, y, z) = R X + t, and in the picture at K (x, y, z), divided by its third number. If the camera
+        is orthographic, it is at K (x, y, 1), and K has pixels per metre.
+        """
         half, middle = np.array(self.half_extent(size)), np.array(self.centre) * [1, -1]
         intrinsics = np.diag([*0.5 * np.array(size) / half, 1.0])
         intrinsics[:2, 2] = 0.5 * np.array(size) * (1 - middle / half) - 0.5

@@ -39,9 +39,12 @@ class CommandScene:
         """The camera of a picture of `size`, and its sun, for JSON: docs/stats.md."""
         camera, factor = self.camera, self.frame.exaggeration
         # (x, y, z) is drawn at (x, y, factor · z); `over_exaggerated` gives the same picture, factor times as small
-        intrinsics, turn, offset = camera.over_exaggerated(factor).to_opencv(size)
+        intrinsics, turn, offset = camera.over_exaggerated(factor).matrices(size)
+        if camera.is_orthographic:  # then K has pixels per metre
+            intrinsics[:2, :2] /= factor
         matrices = {"K": intrinsics.tolist(), "R": turn.tolist(), "t": (factor * offset).tolist()}
-        told = {"eye": list(camera.eye), "target": list(camera.target), "fov_deg": camera.fov_deg}
+        told: dict[str, Any] = {"eye": list(camera.eye), "target": list(camera.target), "fov_deg": camera.fov_deg}
+        told["projection"] = "orthographic" if camera.is_orthographic else "perspective"
         return told | matrices | {"sun": list(self.frame.sun)}
 
 
