@@ -290,17 +290,17 @@ def panels(name, unit):
 
 
 def other_programs():
-    """Triangles of whole maps against the error in metres: ours, and two other programs'."""
+    """Triangles of whole maps against the error in metres: with and without `--between`, and pymartini's."""
     found = {}
     with open(ROOT / "docs" / "tables" / "other_programs.csv", encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
-            curves = found.setdefault(row["map"], {"terrain-gl": [], "pydelatin": [], "pymartini": []})
+            curves = found.setdefault(row["map"], {"sat": [], "pydelatin": [], "pymartini": []})
             metres, theirs = float(row["metres"]), float(row["pymartini metres"])
-            curves["terrain-gl"] += [(metres, int(row["terrain-gl"])), (theirs, int(row["terrain-gl there"]))]
-            curves["pydelatin"].append((metres, int(row["pydelatin"])))
+            for ours in ("sat", "pydelatin"):
+                curves[ours] += [(metres, int(row[ours])), (theirs, int(row[f"{ours} there"]))]
             curves["pymartini"].append((theirs, int(row["pymartini"])))
     styles = {
-        "terrain-gl": {"color": BLUE, "marker": "o"},
+        "sat": {"color": BLUE, "marker": "o"},
         "pydelatin": STYLES["tessellated"],
         "pymartini": STYLES["clipmap"],
     }
