@@ -241,10 +241,10 @@ class _Pass:
 
 
 def _check(where: str, what: str, given: Mapping[str, Any], used: Set[str], declared: frozenset[str]) -> None:
-    if unknown := given.keys() - declared:
-        raise ShaderError(f"{where} has no {what} {_list(unknown)}; it declares {_list(declared)}")
-    if missing := used - given.keys():
-        raise ShaderError(f"{where} also reads the {what} {_list(missing)}")
+    if not given.keys() <= declared:
+        raise ShaderError(f"{where} has no {what} {_list(given.keys() - declared)}; it declares {_list(declared)}")
+    if not used <= given.keys():
+        raise ShaderError(f"{where} also reads the {what} {_list(used - given.keys())}")
 
 
 def _list(names: Set[str]) -> str:
