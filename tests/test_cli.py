@@ -27,7 +27,7 @@ FRAME_KEYS = {
     *("width", "height", "gl_renderer", "backend", "ms", "ms_clock", "gpu_bytes", "map", "requested_triangles"),
     *("lambda", "curvature_radius_m", "patches_hidden", "certified_metric"),
 }
-POSE_KEYS = {"eye", "target", "fov_deg", "K", "R", "t", "sun"}
+POSE_KEYS = {"eye", "target", "fov_deg", "projection", "K", "R", "t", "sun"}
 MEASURED_KEYS = (
     FRAME_KEYS
     | POSE_KEYS

@@ -67,7 +67,7 @@ def test_stats_are_of_the_whole(small_pieces, capsys):
         whole = r.render(standard_view(heightmap)).stats
     same = ("triangles", "patches", "splits", "certified_max_error_px", "width", "height", "method", "metric")
     assert {key: stats[key] for key in same} == {key: whole[key] for key in same}
-    pose = {"eye", "target", "fov_deg", "K", "R", "t", "sun"}
+    pose = {"eye", "target", "fov_deg", "projection", "K", "R", "t", "sun"}
     assert stats.keys() == whole.keys() | {"map"} | pose and stats["ms"]["frame"] >= stats["ms"]["draw"] > 0
     assert "150x83" in capsys.readouterr().out
 
