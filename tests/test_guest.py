@@ -173,10 +173,13 @@ def test_every_state_may_be_dirty_and_is_the_same_afterwards(shared, ctx, camera
 
 
 NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture without them
+    "BindFramebuffer": "framebuffer",
     "BlendEquation": "blending",
+    "BlendFuncSeparate": "blending",
     "ClipControl": "clip control",
     "ColorMask": "colour mask",
     "CullFace": "culled fronts",
+    "DepthFunc": "depth function",
     "DepthMask": "depth mask",
     "DepthRangef": "depth range",
     "FrontFace": "clockwise fronts",
@@ -186,6 +189,7 @@ NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture wit
     "Scissor": "scissor",
     "Viewport": "viewport",
     0x0BE2: "blending",
+    0x0C11: "scissor",
     **{state.SWITCHES[name]: name for name in ("CULL_FACE", "RASTERIZER_DISCARD", "SAMPLE_ALPHA_TO_COVERAGE")},
     state.SWITCHES["CLIP_DISTANCE4"]: "CLIP_DISTANCE4",
     state.SWITCHES["COLOR_LOGIC_OP"]: "logic op",
@@ -193,6 +197,28 @@ NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture wit
     state.SWITCHES["MULTISAMPLE"]: "no multisampling",
     state.SWITCHES["SAMPLE_MASK"]: "sample mask",
 }
+
+UNSEEN = {  # switches that change no picture of ours on llvmpipe, and why
+    "DEPTH_TEST": "where it is off, the depth function is ALWAYS",
+    "DEPTH_CLAMP": "draws without it are pixels of a screen, with depths from 0 to 1",
+    "STENCIL_TEST": "our framebuffers have no stencil",
+    "POLYGON_OFFSET_POINT": "no polygon is drawn as points",
+    "POLYGON_OFFSET_LINE": "no polygon is drawn as lines",
+    "LINE_SMOOTH": "no lines are drawn, only narrow triangles",
+    "POLYGON_SMOOTH": "it has no effect with several samples a pixel",
+    "PRIMITIVE_RESTART": "draws have no indices",
+    "PRIMITIVE_RESTART_FIXED_INDEX": "draws have no indices",
+    "SAMPLE_ALPHA_TO_ONE": "targets with several samples have no alpha",
+    "SAMPLE_COVERAGE": "its share is 1 unless it is set",
+    "SAMPLE_SHADING": "each sample of a pixel would get the same value",
+    "DITHER": "llvmpipe does not dither",
+    "FRAMEBUFFER_SRGB": "no target has an sRGB format",
+    **{f"CLIP_DISTANCE{i}": "no shader writes it: it is undefined, and may cut nothing" for i in (0, 1, 2, 3, 5, 6, 7)},
+}
+
+
+def test_each_switch_is_needed_or_has_a_reason():
+    assert {name for name, number in state.SWITCHES.items() if number not in NEEDED} == set(UNSEEN)
 
 
 class Lacking:
