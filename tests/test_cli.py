@@ -20,7 +20,7 @@ from terrain_gl.files.maps import bundled, find_bundled
 from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
 
-COMMANDS = ("info", "shot", "view", "measure", "mesh", "check", "bench", "generate", "fly", "diff", "cache")
+COMMANDS = ("info", "shot", "view", "measure", "mesh", "check", "bench", "generate", "fly", "diff", "cache", "tiles")
 FRAME_KEYS = {
     "voids",
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),
@@ -73,7 +73,7 @@ def test_help_fits_a_screen(run, monkeypatch, command):
     _, short, _ = run(command, "--help")
     status, full, err = run(command, "--help-all")
     lines = sum(-(-max(len(line), 1) // 80) for line in short.splitlines())
-    assert lines <= 40 and (lines >= 24 or command in ("info", "generate", "diff", "cache")), short
+    assert lines <= 40 and (lines >= 24 or command in ("info", "generate", "diff", "cache", "tiles")), short
     assert (status, err) == (0, "") and "--help-all" in short
     assert set(re.findall("--[a-z-]+", short)) <= set(re.findall("--[a-z-]+", full))
     assert ("-o OUT" in full) == ("-o OUT" in short)

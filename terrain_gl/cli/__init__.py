@@ -25,6 +25,7 @@ COMMANDS = (
     "view",
     "measure",
     "mesh",
+    "tiles",
     "check",
     "compare",
     "fly",

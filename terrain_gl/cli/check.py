@@ -9,14 +9,13 @@ import numpy as np
 from ..basics.boxes import over_blocks
 from ..basics.exceptions import TerrainError, UsageError
 from ..files.checking import Checked, check
-from ..files.maps import files_read, open_map
+from ..files.maps import files_read
 from ..files.mesh_readers import READERS
 from ..files.tilesets import check_tiles, is_tileset
 from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..image import write_image
-from ..store import StoredMap, is_store
-from . import options, report, values
+from . import options, report, stores, values
 from .outputs import check_outputs
 from .records import CameraOptions, MapOptions
 from .scene import camera_of
@@ -70,8 +69,7 @@ def add(commands: Any) -> None:
 def run(asked: CheckOptions) -> int:
     """Run the command."""
     check_outputs((asked.path, asked.json), [asked.mesh, *files_read(asked.map.name)])
-    heightmap = StoredMap(asked.map.name) if is_store(asked.map.name) else open_map(*asked.map.source)[0]
-    report.notes_of(heightmap)
+    heightmap = stores.open_posts(asked.map)
     if is_tileset(asked.mesh):
         return _check_tiles(asked, heightmap)
     camera = None

@@ -18,12 +18,11 @@ from ..files.maps import BundledMap, open_map
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
-from ..readers import Reading
 from ..renderer import Renderer
 from ..renderer.options import FrameOptions
 from ..store import StoredMap, cache, is_store
 from . import report, values
-from .records import DrawOptions, StoreOptions
+from .records import DrawOptions, MapOptions, StoreOptions
 
 
 def add_options(command: Any, pays_times: int = 1) -> None:
@@ -57,14 +56,28 @@ def opened(asked: DrawOptions, progress: Callable[[float], None] | None = None) 
     return heightmap, known
 
 
+def open_posts(asked: MapOptions) -> Heightmap:
+    """A map for a command that reads its posts and draws nothing: a store, or a file in memory."""
+    heightmap = store_of(asked) if is_store(asked.name) else open_map(*asked.source)[0]
+    report.notes_of(heightmap)
+    return heightmap
+
+
+def store_of(asked: MapOptions) -> StoredMap:
+    """A store that a command names. `UsageError` if options say how to read it."""
+    if asked != MapOptions(name=asked.name):
+        raise UsageError(
+            f"{report.shown(asked.name)}: is a store, which has its own scales: to change them, build it again"
+        )
+    return StoredMap(asked.name)
+
+
 def _given(asked: DrawOptions) -> PagedMap:
     """A store that the command names."""
-    name, *how = asked.map.source
+    name = report.shown(asked.map.name)
     if not asked.store.gpu_memory:
-        raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, mesh, fly, view and info read stores")
-    if how != [Reading(), None]:
-        raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
-    stored = _limited(StoredMap(name), asked.store)
+        raise TerrainError(f"{name}: is a store: shot, measure, mesh, tiles, check, fly, view and info read stores")
+    stored = _limited(store_of(asked.map), asked.store)
     if asked.store.edits is None:
         return stored
     edited = EditedMap(stored)

@@ -1,9 +1,9 @@
 """3D Tiles of any program (OGC 22-025, version 1.0 and 1.1) against a heightmap: declared errors and measured ones.
 
 A tile's `geometricError` says how far its surface is from the truth. Here each tile is compared with the posts of the
-full map. Tiles are placed in the Earth-centred system EPSG:4978. Their triangles are flat there, and so below the
-curved ground in between: they are divided until that is less than `_SAG` of the declared error, and then put on the
-map. Heights above the ellipsoid are compared with the map's numbers as they are.
+full map. Tiles are placed in the Earth-centred system EPSG:4978, unless they say that they are local. Their triangles
+are flat there, and so below the curved ground in between: they are divided until that is less than `sag_m` of the
+declared error, and then put on the map. Heights above the ellipsoid are compared with the map's numbers as they are.
 """
 
 import json
@@ -17,14 +17,13 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
-from ..readers.place import to_degrees
-from ..readers.raster import INSTALL_GEO
 from ..verify.check import check_mesh
 from .mesh_readers import gltf_triangles
+from .tile_system import RADIUS_M, TileSystem
 
-_RADIUS_M = 6.35e6  # of the Earth, at least
 _SAG = 1e-3  # of the declared error
-_LEAST_SAG_M = 1e-3
+_LEAST_SAG_M = 2e-4
+_BLOCK = 1024  # cells along a side of the part of the map that is read at a time
 _WALL = 1e-3  # area on the map for each area of a triangle: less is a wall or a skirt, which hides cracks
 
 
@@ -55,22 +54,60 @@ def check_tiles(path: str, heightmap: Heightmap) -> Iterator[TileError]:
     Raises
     ------
     TerrainError
-        The tile set cannot be read; or the map does not say where it lies.
+        The tile set cannot be read; or the map does not say where it lies, and the tiles are not local.
     """
-    if heightmap.place is None or heightmap.place.crs is None:
-        raise TerrainError(f"{heightmap.name}: does not say where it lies: tiles need a map with a coordinate system")
-    heights = heightmap.part(slice(0, heightmap.rows), slice(0, heightmap.cols))
     file = Path(path) / "tileset.json" if Path(path).is_dir() else Path(path)
+    system = TileSystem(heightmap, _is_local(file))
     for name, declared_m, places, faces in _tiles(file, np.eye(4)):
-        corners = _divided(places[faces], max(_LEAST_SAG_M, _SAG * declared_m))
-        posts, tops_m = _on_map(corners.reshape(-1, 3), heightmap)
-        a, b, c = np.moveaxis((posts * heightmap.spacing_m).reshape(-1, 3, 2), 1, 0)
-        flat = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-        tall = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-        land = np.arange(len(posts)).reshape(-1, 3)[flat > _WALL * tall]
-        error = check_mesh(heights, posts, tops_m, land)
-        covered = int(np.isfinite(error.of_posts).sum())
-        yield TileError(name, declared_m, error.posts, error.surface, covered, len(faces))
+        yield TileError(name, declared_m, *tile_error(heightmap, system, places[faces], declared_m), len(faces))
+
+
+def sag_m(system: TileSystem, error_m: float) -> float:
+    """How exactly the error of a tile is measured whose error is about `error_m`: to this amount."""
+    return 0.0 if system.is_local else max(_LEAST_SAG_M, _SAG * error_m)
+
+
+def tile_error(
+    heightmap: Heightmap, system: TileSystem, corners: np.ndarray, error_m: float
+) -> tuple[float, float, int]:
+    """Largest error of a tile at posts and over the surface, and how many posts it covers.
+
+    `corners` are those of its triangles in the world, (m, 3, 3). `error_m` is about its error: see `sag_m`.
+    """
+    if not system.is_local:
+        corners = _divided(corners, sag_m(system, error_m))
+    places, heights_m = system.to_map(corners.reshape(-1, 3))
+    posts, tops_m = places.reshape(-1, 3, 2), heights_m.reshape(-1, 3)
+    a, b, c = np.moveaxis(posts * heightmap.spacing_m, 1, 0)
+    flat = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    tall = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    is_land = flat > _WALL * tall
+    posts, tops_m = posts[is_land], tops_m[is_land]
+    low, high = posts.min(1, initial=np.inf), posts.max(1, initial=-np.inf)
+    last = np.array([heightmap.cols, heightmap.rows]) - 1
+    first, end = np.maximum(low.min(0, initial=np.inf), 0), np.minimum(high.max(0, initial=-np.inf), last)
+    largest_m, surface_m, count = 0.0, 0.0, 0
+    if not (end >= first).all():
+        return largest_m, surface_m, count
+    first, end = np.minimum(np.floor(first), last - 1).astype(int), np.ceil(end).astype(int)
+    for row, col in ((y, x) for y in range(first[1], end[1], _BLOCK) for x in range(first[0], end[0], _BLOCK)):
+        start, stop = np.array([col, row]), np.minimum(np.array([col, row]) + _BLOCK, end)
+        here = ((high >= start) & (low <= stop)).all(1)
+        faces = np.arange(3 * here.sum()).reshape(-1, 3)
+        heights = heightmap.part(slice(row, stop[1] + 1), slice(col, stop[0] + 1))
+        found = check_mesh(heights, posts[here].reshape(-1, 2) - start, tops_m[here].reshape(-1), faces)
+        largest_m, surface_m = max(largest_m, found.posts), max(surface_m, found.surface)
+        own = _BLOCK + (stop == end)  # posts between two blocks count once
+        count += int(np.isfinite(found.of_posts[: own[1], : own[0]]).sum())
+    return largest_m, surface_m, count
+
+
+def _is_local(file: Path) -> bool:
+    """Whether a tile set says that it is in local metres. A file that cannot be read fails later, with a reason."""
+    try:
+        return bool(json.loads(file.read_bytes())["asset"]["extras"]["is_local"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def _tiles(file: Path, above: np.ndarray) -> Iterator[tuple[str, float, np.ndarray, np.ndarray]]:
@@ -111,31 +148,19 @@ def _content(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return places + centre, faces
 
 
-def _divided(corners: np.ndarray, sag_m: float) -> np.ndarray:
-    """Triangles (m, 3, 3), each divided into four until the ground between its corners is flat to `sag_m`."""
-    longest_m = np.sqrt(8 * _RADIUS_M * sag_m)
+def _divided(corners: np.ndarray, within_m: float) -> np.ndarray:
+    """Triangles (m, 3, 3), divided until the ground between their corners is flat to `within_m`.
+
+    Each step halves the longest side. So it depends on a side alone whether it is divided: triangles still meet.
+    """
+    longest_m = np.sqrt(8 * RADIUS_M * within_m)
     done = []
     while len(corners):
-        sides = np.linalg.norm(corners - np.roll(corners, 1, 1), axis=2).max(1)
-        done.append(corners[sides <= longest_m])
-        a, b, c = np.moveaxis(corners[sides > longest_m], 1, 0)
-        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-        parts = (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)
-        corners = np.concatenate([np.stack(part, 1) for part in parts])
+        sides = np.linalg.norm(corners - np.roll(corners, -1, 1), axis=2)
+        is_done = sides.max(1) <= longest_m
+        done.append(corners[is_done])
+        corners, first = corners[~is_done], sides[~is_done].argmax(1)
+        a, b, c = (corners[np.arange(len(first)), (first + i) % 3] for i in range(3))
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
     return np.concatenate(done) if done else corners
-
-
-def _on_map(places: np.ndarray, heightmap: Heightmap) -> tuple[np.ndarray, np.ndarray]:
-    """Columns and rows (n, 2), and heights, of Earth-centred places."""
-    try:
-        import pyproj
-    except ImportError:
-        raise TerrainError(f"tiles need pyproj: {INSTALL_GEO}") from None
-    place = heightmap.place
-    assert place and place.crs
-    to_ellipsoid = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
-    lon, lat, tops_m = to_ellipsoid.transform(*places.T)
-    easting, northing = to_degrees(place.crs).transform(lon, lat, direction="INVERSE")
-    grid = place.georeference.grid
-    col = (place.nearest_turn(np.asarray(easting)) - grid.c) / grid.a - 0.5
-    return np.stack([col, (np.asarray(northing) - grid.f) / grid.e - 0.5], -1), np.asarray(tops_m)

@@ -68,7 +68,7 @@ def whole_mesh(heightmap: Heightmap, max_error_m: float) -> WholeMesh:
     filled = fill_voids(heights)
     digit_m = float(np.spacing(filled.max() - filled.min()))  # of pydelatin's heights
     for slack in _SLACKS:
-        posts, faces = _delaunay(filled, max(0.0, max_error_m - slack * digit_m))
+        posts, faces = delaunay(filled, max(0.0, max_error_m - slack * digit_m))
         error = check_mesh(heights, posts, filled[posts[:, 1], posts[:, 0]], faces)
         if error.posts <= max_error_m:
             break
@@ -78,12 +78,12 @@ def whole_mesh(heightmap: Heightmap, max_error_m: float) -> WholeMesh:
     return WholeMesh(posts, faces, filled, error, _error_of_every_post(heights))
 
 
-def _delaunay(filled: np.ndarray, tolerance_m: float) -> tuple[np.ndarray, np.ndarray]:
+def delaunay(filled: np.ndarray, tolerance_m: float) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and faces by pydelatin. Heights are above the map's base, so that float32 is more exact."""
     try:
         from pydelatin import Delatin
     except ImportError as error:
-        raise NotInstalledError("a mesh of the whole map without --between", "mesh", error) from None
+        raise NotInstalledError("a mesh of the whole map without --between, or its tiles", "mesh", error) from None
     mesh = Delatin(filled - filled.min(), max_error=tolerance_m)
     col, up = mesh.vertices[:, :2].astype(np.int64).T
     return np.stack([col, len(filled) - 1 - up], -1), mesh.triangles  # its rows count from the south

@@ -1,0 +1,69 @@
+"""`terrain-gl tiles`: 3D Tiles of a map, which declare the errors that they have."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..files.maps import files_read
+from ..files.tiling import Tiling, write_tiles
+from . import options, report, stores, values
+from .outputs import check_writable, refuse_inputs
+from .records import MapOptions
+
+_RELIEF_SHARE = 1e-3  # default error of the finest tiles, as a part of the map's relief
+
+
+@dataclass(frozen=True)
+class TilesOptions:
+    """What `tiles` was told."""
+
+    map: MapOptions
+    path: str
+    max_error_m: float | None = None
+    local: bool = False
+    json: str | None = None
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "tiles",
+        TilesOptions,
+        run,
+        help="3D Tiles of a map, with their true errors",
+        description="A folder of 3D Tiles 1.1: an explicit quadtree, a .glb for each tile. geometricError is the\n"
+        "error of the tile against all posts of the map. The same command continues an interrupted one.\n"
+        "Extras [geo] and [mesh].",
+        example="tiles dem.tif -o tiles --max-error-m 2",
+    )
+    options.add_map(command)
+    command.add_argument("-o", "--output", metavar="DIR", dest="path", required=True, help="the folder to write")
+    what = f"largest error of the finest tiles, at posts (default: {100 * _RELIEF_SHARE:g} %% of the relief)"
+    command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
+    what = "metres east, north, up of the south-western post, not a place on the Earth"
+    command.add_argument("--local", action="store_true", help=what)
+    options.add_json(command)
+
+
+def run(asked: TilesOptions) -> int:
+    """Run the command."""
+    check_writable(asked.json)
+    refuse_inputs((asked.path, asked.json), files_read(asked.map.name))
+    heightmap = stores.open_posts(asked.map)
+    place = heightmap.place
+    is_local = asked.local or place is None or place.crs is None
+    if is_local and not asked.local:
+        report.note(
+            f"{report.shown(heightmap.name)}: does not say where it lies: tiles are in metres east, north, up of its "
+            "south-western post (--local); gdal_translate -a_srs -a_ullr gives it a place"
+        )
+    low_m, high_m = heightmap.range_m
+    tiling = Tiling(heightmap, asked.max_error_m or max(_RELIEF_SHARE * (high_m - low_m), 1e-6), is_local)
+    with report.progress_bar("tiling") as progress:
+        about = write_tiles(tiling, asked.path, progress)
+    report.write_json(asked.json, about)
+    errors = about["max_error_m"]
+    text = f"{about['tiles']:,} tiles on {about['levels']} levels, {about['triangles']:,} triangles"
+    text += f", within {errors['finest']:.3g} m (finest) to {errors['coarsest']:.3g} m (coarsest)"
+    report.say(asked.json, f"{report.shown(asked.path)}: {text}")
+    return 0
