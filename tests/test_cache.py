@@ -37,6 +37,7 @@ def let_go():
         os.close(cache._in_use.pop())
 
 
+@pytest.mark.slow
 def test_a_large_raster_is_drawn_from_its_store_which_is_made_once(run, monkeypatch):
     status, _, told = run(*SHOT)
     assert status == 0 and told.count("\n") == 1 and "90 x 70 posts, drawn from a store that is made once" in told

@@ -227,6 +227,7 @@ def command(tmp_path, heightmap):
     return ["compare", str(tmp_path / "cliffs.npy"), "-o", str(tmp_path / "figure.png"), *size]
 
 
+@pytest.mark.slow
 def test_command_writes_a_figure_a_table_and_numbers(tmp_path, command, capsys):
     pytest.importorskip("matplotlib", reason="matplotlib, of the extra [compare], is not installed")
     assert main([*command, "--triangles", "1500", "--curve", "--json", str(tmp_path / "numbers.json")]) == 0

@@ -14,6 +14,7 @@ from courses import NUMBERS, ROOT, checking, folders, outcomes, solved, solving,
 from course.shaders import missing
 
 WRONG = [(number, wrong.name) for number in NUMBERS for wrong in solving.wrong_answers(checking.lesson(number).folder)]
+SLOW = ("loop_of_means",)
 
 
 def skip_without_opengl(found):
@@ -45,7 +46,9 @@ def test_solutions_are_exact_on_hidden_seeds(number, seed):
 
 
 @pytest.mark.sampled(4, "number")
-@pytest.mark.parametrize("number, name", WRONG)
+@pytest.mark.parametrize(
+    "number, name", [pytest.param(*each, marks=[pytest.mark.slow] * (each[1] in SLOW)) for each in WRONG]
+)
 def test_wrong_answers_are_rejected(number, name):
     wrong = next(each for each in solving.wrong_answers(checking.lesson(number).folder) if each.name == name)
     found = outcomes(number, wrong.text, seed=5, until=(checking.WRONG,), first=wrong.task)

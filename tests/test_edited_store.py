@@ -427,6 +427,7 @@ def test_a_page_that_was_read_before_an_edit_does_not_arrive_after_it(land):
     assert achieved <= certified
 
 
+@pytest.mark.slow
 def test_without_versions_it_does(land, monkeypatch):
     heights, path = land
     monkeypatch.setattr(EditedMap, "version", lambda self, key: 0)

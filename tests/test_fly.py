@@ -391,6 +391,7 @@ def kill_after(monkeypatch, frames, victim):
     monkeypatch.setattr(Recorder, "append", counted)
 
 
+@pytest.mark.slow
 def test_two_processes_draw_the_same_though_one_dies(undisturbed, run, monkeypatch):
     words, expected, numbers = undisturbed
     kill_after(monkeypatch, 2, lambda: multiprocessing.active_children()[0].pid)

@@ -215,6 +215,7 @@ def test_water_covers_what_lies_below_it(ctx):
     assert changed[:, :28].mean() > 0.95 and not changed[:, 36:].any()
 
 
+@pytest.mark.slow
 def test_light_does_not_depend_on_what_was_drawn_before(ctx):
     heightmap = Heightmap(hills(65, 65, relief=60.0), spacing_m=30.0)
     camera = Camera.default(heightmap)

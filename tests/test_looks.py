@@ -48,6 +48,7 @@ def over(heightmap, row, col, up_m=6000.0, origin=(0, 0)):
     return Camera((x, y, up_m), (x, y, 0.0), 15.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", sorted(set(NAMES) - set(RAMPS)))  # which show the map's own range
 def test_a_part_of_a_map_has_the_colours_of_the_whole(ctx, whole_and_part, look):
     """A part keeps the land's colours, though its range of heights differs. The grain of its colours may move."""

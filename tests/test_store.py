@@ -193,6 +193,7 @@ def test_a_mosaic_whose_source_has_changed_makes_another_store(tmp_path):
         build(tmp_path / "m.vrt", tmp_path / "s", **SMALL)
 
 
+@pytest.mark.slow
 def test_an_object_with_an_identity_is_read_by_other_processes(tmp_path):
     build(Ramp(), tmp_path / "s", workers=2, **SMALL)
     build(Ramp()[:90, :140], tmp_path / "t", spacing_m=3.0, **SMALL)
@@ -382,6 +383,7 @@ def test_a_cluster_writes_the_same_bytes_though_a_worker_dies(undisturbed):
     assert digest("s") == undisturbed
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_line_and_can_be_continued(undisturbed):
     def small_files():
         resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000))

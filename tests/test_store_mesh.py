@@ -75,6 +75,7 @@ def test_a_budget_whose_tiles_have_no_room_says_so(hills):
         assert stats["within_tolerance"] < 1 and stats["max_error_px"] <= stats["certified_max_error_px"]
 
 
+@pytest.mark.slow
 def test_a_flight_that_does_not_wait_keeps_to_its_budget(hills):
     whole, path = hills
     with Renderer(StoredMap(path), SIZE) as renderer:

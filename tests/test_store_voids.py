@@ -98,6 +98,7 @@ def test_any_voids_are_filled_as_in_memory(tmp_path_factory, data):
     np.testing.assert_array_equal(whole(arrays_of(path), "heights", 0), fill_voids(heights))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("voids", ["fill", "hole"])
 def test_pictures_meshes_and_certificates_are_those_of_the_map_in_memory(maps, voids):
     check_equal(maps, 3, ["max", "rms"], voids=voids)
@@ -127,6 +128,7 @@ def test_a_view_that_waits_is_certified_and_has_no_holes_but_the_voids(maps, voi
             assert found["max_error_px"] <= stats["certified_max_error_px"] <= 1.0
 
 
+@pytest.mark.slow
 def test_rims_of_holes_are_sharp_though_the_land_is_flat(tmp_path):
     """Level land needs no fine tiles; the rims of its holes do. Without them, they are large squares."""
     heights = np.full((200, 200), 5.0, np.float32)

@@ -318,6 +318,7 @@ def with_truth(stored, heights):
     return stored
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("harm", ["delay", "drop", "truncate", "corrupt", "reorder", "stale"])
 def test_whatever_the_source_does_the_bound_holds(hills, other, harm):
     whole, path = hills
