@@ -134,6 +134,12 @@ def hidden(name: str, view: str) -> list[str]:
     return [f"{on['triangles']:,}", f"{off['triangles']:,}", *ratios]
 
 
+def patches(name: str, view: str) -> list[str]:
+    """Triangles and patches for one certified pixel."""
+    ours = count(name, view)
+    return [f"{ours['triangles']:,}", f"{ours['patches']:,}"]
+
+
 def of_every_post(name: str, view: str) -> list[str]:
     """Triangles for one certified pixel, and those of a mesh with every post."""
     ours, every = count(name, view), count(name, view, method="full")
@@ -293,6 +299,14 @@ TABLES = (
         ),
         hidden,
         (("alpine-30m", "valley"), ("canyon-15m", "ridge")),
+    ),
+    Table(
+        "docs/performance.md",
+        "patches",
+        ("map", "view", "triangles", "patches"),
+        tuple((name, view) for name in (*BUNDLED, *REAL) for view in VIEWS),
+        patches,
+        (("alpine-30m", "ridge"),),
     ),
     Table(
         "docs/comparison.md",
