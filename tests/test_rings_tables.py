@@ -134,16 +134,18 @@ class Thorough(RingsSelector):
         super()._run(name, *args, **uniforms)
 
     def _queue_all(self, over):
-        blocks, queue_buffer = self._buffers["blocks"], self._buffers["odd_queue" if over % 2 else "even_queue"]
+        blocks, lists = self._buffers["blocks"], self._buffers["lists"]
         work = np.frombuffer(blocks.read(), layout.RING_WORK, 1)[0].copy()
         units = np.frombuffer(self._buffers["units"].read(), "u4").reshape(2, -1)[over % 2]
-        leaves = np.frombuffer(self._buffers["leaves"].read(), "u4")[: work["leaves"]["count"]]
+        listed = np.frombuffer(lists.read(), layout.LISTED).copy()
+        leaves = listed["leaf"][: work["leaves"]["count"]]
         queue = work["queue"][over % layout.RING_QUEUES]
-        queued = np.frombuffer(queue_buffer.read(), "u4")[: queue["count"]]
+        queued = listed["in_queue"][: queue["count"], over % 2]
         others = np.setdiff1d(leaves, queued & 0xFFFFFFF)
         everything = np.concatenate([queued, others | (units[others] >> 8 & 3) << 28]).astype("u4")
         queue["count"], queue["groups"] = len(everything), -(-len(everything) // 64)
-        queue_buffer.write(everything.tobytes())
+        listed["in_queue"][: len(everything), over % 2] = everything
+        lists.write(listed.tobytes())
         blocks.write(work.tobytes())
 
 

@@ -154,3 +154,13 @@ def test_kernels_are_told_how_long_a_buffer_is():
         if f"{name}.length()" in shaders.source(path)
     ]
     assert not asking
+
+
+def test_a_stage_has_no_more_storage_blocks_than_every_driver_has():
+    """OpenGL 4.3 guarantees 8 blocks in a compute shader, and 8 places."""
+    block, most = re.compile(r"layout\(std430, binding = (\d+)\)[^{;]*\bbuffer\s+(\w+)"), 0
+    for path in COMPUTE:
+        declared = block.findall(shaders.source(path))
+        assert len({name for _, name in declared}) <= 8 and all(int(place) < 8 for place, _ in declared), path
+        most = max(most, len(declared))
+    assert most == 8  # so blocks are found at all

@@ -224,6 +224,7 @@ RING_WORK = np.dtype(
     ]
 )
 RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4"), ("known_log2", "i4"), ("pad", "i4")])
+LISTED = np.dtype([("leaf", "u4"), ("in_queue", "2u4"), ("stamp", "u4"), ("seen_block", "u4")])
 
 # glsl/lod/rings/shapes.glsl
 RING_SUMMARY = np.dtype(

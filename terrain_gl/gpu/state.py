@@ -17,7 +17,7 @@ import moderngl
 from . import gl
 from .calls import calls
 
-STORAGE_BLOCKS, UNIFORM_BLOCKS, IMAGES, UNITS = 12, 8, 8, 16  # places that our shaders use: the first ones
+STORAGE_BLOCKS, UNIFORM_BLOCKS, IMAGES, UNITS = 8, 8, 8, 16  # places that our shaders use: the first ones
 _DRAW_BUFFERS, _VIEWPORTS = 8, 16
 _TEXTURE0, _ACTIVE_TEXTURE, _SAMPLER_BINDING = 0x84C0, 0x84E0, 0x8919
 _COMBINED_UNITS = 0x8B4D

@@ -291,10 +291,7 @@ class RingsSelector(PatchSurface):
             for r in range(over - AGREEING, over):  # later rounds use the queues of past rounds again
                 self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
         for r in range(over, over + AGREEING):
-            queues = self._buffers["even_queue"], self._buffers["odd_queue"]
-            into = {"Queue": queues[r % 2] if r else self._buffers["leaves"], "NextQueue": queues[(r + 1) % 2]}
-            work = _work("queue", r % layout.RING_QUEUES)
-            self._run("agree", work, into=into, agreed=r, priced=self._variant in PRICED)
+            self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, priced=self._variant in PRICED)
         return over + AGREEING
 
     @property
@@ -343,11 +340,7 @@ class RingsSelector(PatchSurface):
         sizes = {
             "blocks": layout.RING_WORK.itemsize + layout.RING_BLOCK.itemsize * blocks,
             "units": 2 * 4 * _UNITS * blocks,
-            "leaves": 4 * _UNITS * blocks,
-            "even_queue": 4 * _UNITS * blocks,
-            "odd_queue": 4 * _UNITS * blocks,
-            "stamps": 4 * _UNITS * blocks,
-            "seen": 4 * blocks,
+            "lists": layout.LISTED.itemsize * _UNITS * blocks,
             "shapes": 8 * _UNITS * blocks,
             "summary": layout.RING_SUMMARY.itemsize + 4 * layout.SIZES * blocks,
         }
@@ -355,7 +348,7 @@ class RingsSelector(PatchSurface):
             if name in self._buffers:
                 self._buffers[name].release()
             self._buffers[name] = self.ctx.buffer(reserve=size)
-        self._buffers["stamps"].write(bytes(sizes["stamps"]))  # none yet
+        self._buffers["lists"].write(bytes(sizes["lists"]))  # no stamps yet
         self._nothing = bytes(sizes["summary"])
         self._most_blocks = blocks
 

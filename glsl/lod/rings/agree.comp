@@ -12,28 +12,23 @@
 
 layout(local_size_x = LEAF_GROUP) in;
 
-// Python swaps the two queues after each round. The queue of round 0 is the list of all leaves.
-layout(std430, binding = 8) buffer Queue { uint queued[]; };
-layout(std430, binding = 9) buffer NextQueue { uint queued_next[]; };
-// For each leaf, the last round for which it was queued. All stamps of earlier views are lower than u_first_stamp.
-layout(std430, binding = 10) buffer Stamps { uint stamp[]; };
-
 uniform bool u_priced;  // a price decides, and no tolerance: parts keep the spacing of the whole
 
 void append_leaf(int id) {
     uint k = atomicAdd(b_leaves.count, 1u);
-    leaf_id[k] = uint(id);
+    listed[k].leaf = uint(id);
     atomicMax(b_leaves.groups, k / uint(LEAF_GROUP) + 1u);
 }
 
-// Queue a leaf for the next round, at most once. The leaf may be split before that round begins. So the entry also has
+// Queue a leaf for the next round, at most once: its stamp is the last round for which it was queued, and all stamps of
+// earlier views are lower than u_first_stamp. The leaf may be split before that round begins. So the entry also has
 // the size of the square that the leaf covers now; `id` is the square's first unit.
 void append_to_queue(int id, uint word) {
     int next_round = u_agreed + 1;
     uint its_stamp = u_first_stamp + uint(next_round);
-    if (atomicMax(stamp[id], its_stamp) == its_stamp) return;
+    if (atomicMax(listed[id].stamp, its_stamp) == its_stamp) return;
     uint k = atomicAdd(b_queue[next_round & 7].count, 1u);
-    queued_next[k] = uint(id) | (word >> 8 & 3u) << 28;
+    listed[k].in_queue[next_round & 1] = uint(id) | (word >> 8 & 3u) << 28;
     atomicMax(b_queue[next_round & 7].groups, k / uint(LEAF_GROUP) + 1u);
 }
 
@@ -107,7 +102,7 @@ void keep_units(int id, int units_log2) {
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= b_queue[u_agreed & 7].count) return;
-    uint entry = queued[i];
+    uint entry = u_agreed == 0 ? listed[i].leaf : listed[i].in_queue[u_agreed & 1];
     int id = queued_id(entry);
     uint word = unit_word[plane(u_agreed) + id];
     if (!is_leaf(word)) {

@@ -57,7 +57,7 @@ void add_to_mean(Leaf leaf, float mean_px, bool is_land) {
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= b_leaves.count) return;
-    int id = int(leaf_id[i]);
+    int id = int(listed[i].leaf);
     uint word = unit_word[plane(u_agreed) + id];
     if (!is_leaf(word)) return;
     Block b = b_block[id / UNITS];

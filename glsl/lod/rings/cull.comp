@@ -19,7 +19,7 @@ void main() {
     take_block(root_block(b));
     b_block[b] = block;
     if (has_leaf()) {
-        seen_block[atomicAdd(b_seen.groups, 1u)] = uint(b);
+        listed[atomicAdd(b_seen.groups, 1u)].seen_block = uint(b);
         return;
     }
     for (int id = UNITS * b; id < UNITS * b + UNITS; id++)

@@ -59,7 +59,7 @@ void ask(int first, int k) {
 
 void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
-    if (u_round == 0) b = int(seen_block[b]);
+    if (u_round == 0) b = int(listed[b].seen_block);
     take_block(b_block[b]);
 #ifdef PAGED
     block.known_log2 = NO_STEP;  // not known for parts: their pages may differ

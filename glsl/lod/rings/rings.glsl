@@ -111,9 +111,16 @@ bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_uni
 //   lod/rings/agree.comp has a list of its own, its queue.
 #define LEAF_GROUP 64  // leaves that one work group handles
 
-layout(std430, binding = 5) buffer Leaves { uint leaf_id[]; };
+// Element i of five lists, which stand in one block: OpenGL 4.3 guarantees only 8 storage blocks for a pass.
+struct Listed {
+    uint leaf;         // list of all leaves
+    uint in_queue[2];  // queues of even and odd rounds of lod/rings/agree.comp; that of round 0 is the list of leaves
+    uint stamp;        // of the leaf with the number i: lod/rings/agree.comp
+    uint seen_block;   // blocks that may have a leaf: lod/rings/cull.comp
+};
+layout(std430, binding = 5) buffer Lists { Listed listed[]; };
 
-// Append n leaves to leaf_id[], which is also the queue of round 0; returns the place of the first one.
+// Append n leaves to the list of leaves, which is also the queue of round 0; returns the place of the first one.
 uint append_leaves(uint n) {
     uint k = atomicAdd(b_leaves.count, n), groups = (k + n + uint(LEAF_GROUP - 1)) / uint(LEAF_GROUP);
     atomicMax(b_leaves.groups, groups);

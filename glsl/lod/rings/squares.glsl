@@ -40,9 +40,6 @@ Block root_block(int b) {
     return Block(ring.origin + at * (BLOCK_SIDE << ring.level), ring.level, r, NO_STEP);
 }
 
-// Blocks that may have a leaf, listed by lod/rings/cull.comp.
-layout(std430, binding = 11) buffer Seen { uint seen_block[]; };
-
 // Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {
     if (any(greaterThanEqual(low, u_last_post)) || any(lessThanEqual(end, ivec2(0)))) return true;
@@ -110,5 +107,7 @@ void write_units(int b, int thread, int threads) {
     barrier();
     if (thread == 0) s_first = append_leaves(s_leaves);
     barrier();
-    for (uint i = uint(thread); i < s_leaves; i += uint(threads)) leaf_id[s_first + i] = uint(UNITS * b) + s_leaf[i];
+    for (uint i = uint(thread); i < s_leaves; i += uint(threads)) {
+        listed[s_first + i].leaf = uint(UNITS * b) + s_leaf[i];
+    }
 }

@@ -62,7 +62,7 @@ void weigh_square(int depth, ivec2 at) {
 }
 
 void main() {
-    int unit = int(gl_LocalInvocationIndex), b = int(seen_block[gl_WorkGroupID.x]);
+    int unit = int(gl_LocalInvocationIndex), b = int(listed[gl_WorkGroupID.x].seen_block);
     take_block(b_block[b]);
     first_square = SQUARES * b;
     for (int depth = 3; depth >= 0; depth--)
