@@ -73,7 +73,7 @@ def test_every_size_is_watertight(ctx, sample, shape):
     heightmap = Heightmap(rough(*shape, seed=4), 10.0)
     scene = Scene.of(ctx, heightmap)
     cases = [*itertools.product((0.0, 0.5, 3.0), ("default", "grazing", "outside", "corner"))]
-    for tolerance, view in sample(cases, 3):
+    for tolerance, view in cases if shape == (2, 2) else sample(cases, 3):
         selection = scene.select(cameras(heightmap)[view], tolerance, cull=False)
         check_watertight(scene.triangles(selection), heightmap)
     scene.release()
