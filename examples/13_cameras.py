@@ -1,5 +1,5 @@
 """Example 13: a data set of cameras
-==================================
+=================================
 
 Twenty poses of one calibrated camera: colour, depth, normals and kinds of each picture, all from the same samples. Each
 block of the picture has these four. The last check projects the places of each picture into the next camera.
