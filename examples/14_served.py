@@ -1,5 +1,5 @@
 """Example 14: pictures from a server
-===================================
+==================================
 
 A server with many threads, of the standard library alone, and one renderer. Each call of the renderer takes its turn,
 enters its own OpenGL context in the thread that calls, and leaves it again. Twelve clients ask at once.
