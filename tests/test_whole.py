@@ -73,16 +73,16 @@ def test_rounding_of_the_library_is_no_excuse(monkeypatch):
     """pydelatin compares in float32, so a mesh may be off by a digit more than asked: then a finer one is tried."""
     heights = (8000 + 0.37 * rough(65, 65)).astype("f4")
     tolerances = []
-    made = whole._delaunay
+    made = whole.delaunay
 
     def coarser(filled, tolerance_m):
         tolerances.append(tolerance_m)
         return made(filled, 3.0 if len(tolerances) < 3 else tolerance_m)
 
-    monkeypatch.setattr(whole, "_delaunay", coarser)
+    monkeypatch.setattr(whole, "delaunay", coarser)
     mesh = whole_mesh(Heightmap(heights), 1.0)
     assert len(tolerances) == 3 and tolerances == sorted(tolerances, reverse=True) and mesh.error.posts <= 1.0
-    monkeypatch.setattr(whole, "_delaunay", lambda filled, _: made(filled, 3.0))
+    monkeypatch.setattr(whole, "delaunay", lambda filled, _: made(filled, 3.0))
     mesh = whole_mesh(Heightmap(heights), 1.0)
     assert mesh.error.posts == 0 and len(mesh.faces) == 2 * 64 * 64
     assert (mesh.error.surface, mesh.error.surface_rms) == pytest.approx(mesh.of_every_post)
