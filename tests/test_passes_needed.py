@@ -25,6 +25,7 @@ from terrain_gl.gpu.passes import declarations
 from terrain_gl.gpu.shaders import ShaderError
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.image import write_image
+from terrain_gl.pages.crop import release_context
 from terrain_gl.renderer.methods import METHODS
 from terrain_gl.renderer.overlay import Overlay
 from terrain_gl.shade.picture import STYLES
@@ -291,6 +292,7 @@ class Trial:
             begin(each, ctx, program, where, text)
             each.text = text
 
+        release_context()  # its passes were made before
         monkeypatch.setattr(passes._Pass, "__init__", begun)
         for kind, name in RUNS:
             monkeypatch.setattr(kind, name, self._trying(getattr(kind, name)))
