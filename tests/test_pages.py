@@ -530,7 +530,8 @@ def test_a_damaged_tile_ends_a_measurement_and_a_flight_with_one_line(store, run
 
 
 def test_what_cannot_read_stores_says_so(store, run):
-    refused(run("compare", store, "-o", "f.png"), 1, "is a store", "shot, measure, mesh, tiles, check, fly, view and info")
+    readers = "shot, measure, mesh, tiles, check, fly, view and info"
+    refused(run("compare", store, "-o", "f.png"), 1, "is a store", readers)
     refused(run("shot", store, "-o", "p.png", "--spacing", "3"), 2, "has its own scales")
     refused(run("shot", store, "-o", "p.png", "--gpu-memory", "1", "--memory", "1", "--method", "full"), 2, "sat")
     Path(store, "zarr.json").write_text("{}")
