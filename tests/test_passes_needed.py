@@ -22,6 +22,7 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.basics.steps import drain
 from terrain_gl.gpu import gl, passes, shaders
 from terrain_gl.gpu.passes import declarations
+from terrain_gl.gpu.selftest import faults
 from terrain_gl.gpu.shaders import ShaderError
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.image import write_image
@@ -99,6 +100,12 @@ def drawn_into(renderer):
     return found
 
 
+def of_driver(ctx, folder):
+    """The driver's test, which renderers run once in a process: here also after others."""
+    with ctx:
+        return [list(faults(ctx))]
+
+
 def of_store(ctx, folder):
     """A store with voids: light, an edit, a rebuild."""
     from terrain_gl.store import StoredMap, build
@@ -119,7 +126,7 @@ def of_methods(ctx, folder):
         return [renderer.render(CAMERA, style="lod", method=name).image for name in METHODS]
 
 
-SCENES = of_options, *map(of_style, STYLES), of_store, of_methods
+SCENES = of_driver, of_options, *map(of_style, STYLES), of_store, of_methods
 
 
 # --- In the place of what is given ------------------------------------------------------------------------------------
