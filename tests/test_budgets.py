@@ -69,8 +69,9 @@ def test_a_valley_is_worse_if_squares_weigh_as_much_as_their_nearest_point(ctx, 
     def errors(scene):
         return np.array([surface_errors(scene, scene.select(camera, triangles=n), camera).rms_px for n in budgets])
 
+    least = errors(terraces)  # first, so that its passes are made of the shaders as they are
     other = changed(terraces, "/ p.middle_m", "/ p.nearest_m")
-    assert (errors(terraces) < 0.7 * errors(other)).all()
+    assert (least < 0.7 * errors(other)).all()
     other.release()
 
 
