@@ -53,7 +53,6 @@ class Current:
     asks: ClassVar[str]  # the function that returns the current context
     tells: ClassVar[tuple[tuple[Any, ...], ...]] = ()  # functions that return its display and surfaces, with arguments
     makes: ClassVar[str]  # the function that makes a context current
-    nothing: ClassVar[int]  # how many zeros it takes to let go of one, after the display if there is one
 
     @classmethod
     def now(cls) -> Current | None:
@@ -71,21 +70,21 @@ class Current:
 
     def let_go(self) -> None:
         """Make no context of this window system current."""
-        _call(self.library, self.makes, self.others[0], *[0] * self.nothing)
+        _call(self.library, self.makes, self.others[0], 0, 0, 0)
 
 
 class _Egl(Current):
     library = "libEGL.so.1"
     asks = "eglGetCurrentContext"
     tells = ("eglGetCurrentDisplay",), ("eglGetCurrentSurface", _DRAW), ("eglGetCurrentSurface", _READ)
-    makes, nothing = "eglMakeCurrent", 3
+    makes = "eglMakeCurrent"
 
 
 class _Glx(Current):
     library = "libGL.so.1"
     asks = "glXGetCurrentContext"
     tells = ("glXGetCurrentDisplay",), ("glXGetCurrentDrawable",), ("glXGetCurrentReadDrawable",)
-    makes, nothing = "glXMakeContextCurrent", 3
+    makes = "glXMakeContextCurrent"
 
 
 class _Wgl(Current):

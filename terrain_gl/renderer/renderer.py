@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from dataclasses import replace
 from types import TracebackType
 from typing import Any, Unpack, cast
 from weakref import finalize
@@ -418,31 +417,33 @@ class Renderer:
         near_m = near_plane_m(self.heightmap, options.near_m, camera) / options.exaggeration
         camera = options.seen(self.heightmap, camera)
         chosen_for = options.seen(self.heightmap, options.chosen_for) if options.chosen_for else camera
-        goal = options.goal
-        is_cracked = options.style == "cracks"
-        way = options.method, goal, is_cracked, options.exaggeration
+        way = options.method, options.goal, options.style == "cracks", options.exaggeration
         asked = self._edition, chosen_for, size, near_m, *way
-        if earlier and earlier.asked == asked and not self.streaming:
-            frame = replace(earlier, eye=camera, options=options, has_picture=False, stats={})
-            frame.look()
-            return frame
         with self.timer.stage("lod"):
-            self.check_method(options.method, camera)
-            selector = self.selectors[options.method]
-
-            def choose(camera: Camera) -> Selection:
-                return selector.select(camera, size, near_m, goal)
-
-            loading = self.streaming
-            if loading:
-                loading.terrain.shows_errors = options.style == "error"
-                loading.terrain.rim_focal_px = chosen_for.focal_px(size[1]) if options.voids == "hole" else 0.0
-            selection, loaded = loading.select(choose, chosen_for, goal) if loading else (choose(chosen_for), {})
-        if is_cracked:
-            selection = with_cracks(selection)
+            if earlier and earlier.asked == asked and not self.streaming:
+                selection, loaded = earlier.selection, earlier.loaded
+            else:
+                selection, loaded = self._mesh_for(chosen_for, camera, size, near_m, options)
         frame = DrawnFrame(chosen_for, camera, size, near_m, options, selection, asked, loaded=loaded)
         frame.look()
         return frame
+
+    def _mesh_for(
+        self, chosen_for: Camera, camera: Camera, size: Size, near_m: float, options: FrameOptions
+    ) -> tuple[Selection, dict[str, Any]]:
+        """Choose a mesh for one camera, which another one may look at; and numbers about the tiles of a store."""
+        self.check_method(options.method, camera)
+        selector = self.selectors[options.method]
+
+        def choose(camera: Camera) -> Selection:
+            return selector.select(camera, size, near_m, options.goal)
+
+        loading = self.streaming
+        if loading:
+            loading.terrain.shows_errors = options.style == "error"
+            loading.terrain.rim_focal_px = chosen_for.focal_px(size[1]) if options.voids == "hole" else 0.0
+        selection, loaded = loading.select(choose, chosen_for, options.goal) if loading else (choose(chosen_for), {})
+        return (with_cracks(selection) if options.style == "cracks" else selection), loaded
 
     def forget(self) -> None:
         """Forget the last frame, and take no earlier mesh again: the map has changed."""
