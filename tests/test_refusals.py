@@ -96,7 +96,7 @@ GRID = HEAD + "\n".join(" ".join(f"{z:.1f}" for z in row) for row in HEIGHTS) + 
 POINTS = "".join(f"{500005 + 10 * x} {4900045 - 10 * y} {HEIGHTS[y, x]:.1f}\n" for y in range(5) for x in range(6))
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32"])
 @pytest.mark.parametrize("name", ["a.asc", "a.xyz", "a.asc.gz"])
 def test_texts_are_read_in_every_encoding(folder, name, encoding):
     content = (POINTS if "xyz" in name else GRID).encode(encoding)
@@ -108,6 +108,14 @@ def test_texts_are_read_in_every_encoding(folder, name, encoding):
     np.testing.assert_allclose(Heightmap.open(name).heights, HEIGHTS)
     assert Heightmap.open(name).spacing_m == (10, 10)
     np.testing.assert_allclose(open_windows([name]).read(slice(1, 4), slice(2, 6)), HEIGHTS[1:4, 2:6])
+
+
+def test_a_text_may_begin_with_an_empty_line(folder):
+    (folder / "a.asc").write_bytes(("\r\n" + GRID).encode("utf-8-sig"))
+    np.testing.assert_allclose(Heightmap.open("a.asc").heights, HEIGHTS)
+    (folder / "a.asc").write_bytes("no grid\n".encode("utf-16"))
+    with pytest.raises(TerrainError, match=r"^a\.asc: is not"):
+        Heightmap.open("a.asc")
 
 
 def test_a_projection_beside_a_text_counts(folder):

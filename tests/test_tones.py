@@ -62,7 +62,8 @@ PICTURES = {
     "signed reflectance": ((RGB * np.int16(12), {}), 220.0, True),
     "32 bits": ((RGB * np.uint32(1000), {}), 220.0, True),
     "32 bits with a sign": ((RGB * np.int32(1000), {}), 220.0, True),
-    "floats up to 255": ((RGB.astype("f4"), {}), 220.0, True),
+    "floats up to 255": ((RGB.astype("f4"), {}), WHITE, True),
+    "percent": ((RGB.astype("f4") * np.float32(0.4), {}), 220.0, True),
     "blue first, by its meaning": ((BGRN, PLAIN | {"interp": [C.blue, C.green, C.red, C.undefined]}), WHITE, False),
     "blue first, by names": ((BGRN * np.uint16(257), {"names": ("blue", "green", "red", "nir")}), WHITE, False),
     "eight bands": (
@@ -74,6 +75,7 @@ PICTURES = {
         False,
     ),
     "Sentinel-2": ((BGRN * np.uint16(40), {"names": ("B02", "B03", "B04", "B08")}), 220.0, True),
+    "Sentinel-2 of Earth Engine": ((BGRN * np.uint16(40), {"names": ("B2", "B3", "B4", "B8")}), 220.0, True),
     "wavelengths": ((BGRN * np.uint16(257), {"tags": WAVES}), WHITE, False),
     "infrared first, by its meaning": (
         (np.concatenate([NIR, RGB]), PLAIN | {"interp": [C.nir, C.red, C.green, C.blue]}),
@@ -109,6 +111,25 @@ def test_bands_that_say_nothing_get_a_line(tmp_path):
         read_ground(write(tmp_path / "q", BGRN, interp=[C.cyan, C.magenta, C.yellow, C.black]), ONTO)
 
 
+@pytest.mark.parametrize(("scale", "offset"), [(1e-4, 0.0), (1e-4, -0.1)])
+def test_a_reflectance_with_a_scale_is_linear_light(tmp_path, scale, offset):
+    reflectance = 0.002 * RGB
+    path = write(
+        tmp_path / "p", np.round((reflectance - offset) / scale).astype(np.uint16), interp=[C.red, C.green, C.blue]
+    )
+    with rasterio.open(path, "r+") as file:
+        file.scales, file.offsets = (scale,) * 3, (offset,) * 3
+    assert fields(read_ground(path, ONTO))[:, :3] == pytest.approx(0.002 * FIELDS, abs=1e-3)
+    assert picture_notes(path, None) == ()
+
+
+def test_a_grey_picture_of_classes_is_nearly_black(tmp_path):
+    path = write(tmp_path / "p", (RGB[:1] // 50).astype(np.uint8))
+    (note,) = picture_notes(path, None)
+    assert "--range 0,4" in note and picture_notes(path, (0.0, 4.0)) == ()
+    assert picture_notes(write(tmp_path / "q", RGB[:1]), None) == ()
+
+
 PALETTE = {i: (*map(int, colour), 255) for i, colour in enumerate(FIELDS)} | {4: (0, 0, 0, 0)}
 INDICES = np.repeat(np.repeat(np.arange(4, dtype=np.uint8).reshape(1, 2, 2), 60, 1), 80, 2)
 
@@ -140,6 +161,10 @@ HOLES = {
     "no-data value of 16 bits": (np.where(WEST, 65535, RGB * np.uint16(16)).astype(np.uint16), {"nodata": 65535}),
     "NaN": (np.where(WEST, np.nan, RGB / np.float32(255)).astype("f4"), {}),
     "alpha": (np.concatenate([RGB, np.where(WEST, 0, 255)[None]]).astype(np.uint8), {"alpha": "YES"}),
+    "alpha first": (
+        np.concatenate([np.where(WEST, 0, 255)[None], BGR]).astype(np.uint8),
+        {"interp": [C.alpha, C.blue, C.green, C.red]},
+    ),
     "alpha of 12 bits": (
         np.concatenate([RGB * np.uint16(16), np.where(WEST, 0, 4095)[None]]).astype(np.uint16),
         {"NBITS": 12, "photometric": "RGB", "alpha": "YES"},

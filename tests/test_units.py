@@ -63,6 +63,12 @@ DECLARED = {
     "attribute units": ({"tags": {"units": "feet"}}, FOOT),
     "positive is up, whatever the name": ({"tags": {"positive": "up", "standard_name": "depth"}}, 1.0),
     "unit and a comma": ({"unit": "m, positive down"}, -1.0),
+    "unit in brackets": ({"unit": "[ft]"}, FOOT),
+    "geopotential of a weather model": ({"unit": "m**2 s**-2"}, 1 / 9.80665),
+    "geopotential metres": ({"unit": "gpm"}, 1.0),
+    "metres above sea level": ({"unit": "m.a.s.l."}, 1.0),
+    "a unit that says nothing, in US feet": ({"unit": "unitless", "crs": "EPSG:2260+6360"}, US_FOOT),
+    "a comment": ({"tags": {"comment": "soundings, positive down"}}, -1.0),
 }
 
 
@@ -79,6 +85,34 @@ def test_what_a_file_declares_is_believed(tmp_path, name):
             np.testing.assert_allclose(heights, values * unit_m, rtol=1e-6)
             assert not asked(terrain)
             assert ("down" in terrain.values) == (unit_m < 0)
+
+
+@pytest.mark.parametrize(
+    ("driver", "ending", "header", "line", "unit_m"),
+    [
+        ("SAGA", "sdat", "sgrd", ("UNIT\t=", "UNIT\t= feet"), FOOT),
+        ("SAGA", "sdat", "sgrd", ("Z_FACTOR\t= 1.0", "Z_FACTOR\t= 0.1"), 0.1),
+        ("SAGA", "sdat", "sgrd", ("", ""), 1.0),
+        ("AAIGrid", "asc", "prj", ("", "Zunits        FEET\n"), FOOT),
+        ("AAIGrid", "asc", "prj", ("", "Zunits        100\n"), 0.01),
+        ("AAIGrid", "asc", "prj", ("", "Zunits        NO\n"), 1.0),
+    ],
+)
+def test_headers_that_gdal_does_not_read(tmp_path, driver, ending, header, line, unit_m):
+    path = write(tmp_path / f"a.{ending}", land(5, 80), driver=driver)
+    (tmp_path / f"a.{ending}.aux.xml").unlink(missing_ok=True)
+    beside = path.with_suffix(f".{header}")
+    old = "Projection UTM\nZone 33\nDatum WGS84\nUnits METERS\n"
+    text = beside.read_text().replace(*line, 1) if driver == "SAGA" else old + line[1] + "Parameters\n"
+    beside.write_text(text)
+    with rasterio.open(path) as data:
+        for terrain in (Heightmap.open(path), Heightmap.of(data)):
+            np.testing.assert_allclose(terrain.heights, land(5, 80) * unit_m, rtol=1e-5)
+
+
+def test_a_declared_unit_is_not_called_another(tmp_path):
+    note = asked(Heightmap.open(write(tmp_path / "a.tif", land() * 100, unit="ft")))[0]
+    assert "--z-scale 0.003048" in note and "for" not in note.split("--z-scale", 1)[1]
 
 
 @pytest.mark.parametrize(
@@ -144,6 +178,7 @@ def test_what_a_file_does_not_say_is_asked(tmp_path, name):
         ({"crs": "EPSG:32633+5773"}, land()),
         ({"crs": "EPSG:2260+5703", "step": 60.0}, land()),  # feet on the ground, metres up
         ({"name": "depth"}, land(-120, -5)),
+        ({"tags": {"long_name": "Topography and bathymetry"}}, land()),
         ({"crs": "+proj=eqc +R=3396190 +units=m", "step": 100.0}, land(9000, 21000)),  # Mars has such heights
         ({"step": 0.5}, land(0, 60)),  # walls and trees
     ],

@@ -231,7 +231,8 @@ def _resampled(
     import rasterio
     from rasterio.vrt import WarpedVRT
 
-    has_alpha = rasterio.enums.ColorInterp.alpha in picture.colorinterp
+    opacities = [i for i, each in enumerate(picture.colorinterp, 1) if each == rasterio.enums.ColorInterp.alpha]
+    has_alpha = bool(opacities)
     most = _most_opaque(picture) if has_alpha else _OPAQUE_32 if picture.dtypes[0] in ("uint32", "int32") else None
     by_value = bool(voids) or (picture.nodata is not None and not has_alpha)
     by_alpha = not by_value and not has_alpha  # GDAL makes an alpha band of a mask, and of the picture's outline
@@ -248,7 +249,8 @@ def _resampled(
                 for first in range(0, rows, step):
                     window = (first, min(first + step, rows)), (0, cols)
                     # rasterio's mask ignores an alpha band that is made of a mask
-                    opacity = laid.dataset_mask(window=window) if by_value else laid.read(laid.count, window=window)
+                    alpha = opacities[0] if has_alpha else laid.count
+                    opacity = laid.dataset_mask(window=window) if by_value else laid.read(alpha, window=window)
                     covered = share_of(opacity[..., None], most)
                     pixels = np.moveaxis(laid.read(list(bands), window=window), 0, -1)
                     part = weighted(pixels, covered)

@@ -20,6 +20,9 @@ _COLOURS = ("red", "green", "blue")
 _NANOMETRES = (660.0, 560.0, 480.0)
 _FARTHEST = 60.0  # nanometres from a band to its colour
 _NUMBERED = ("b04", "b03", "b02")  # Sentinel-2 and HLS
+_SHORT = ("b4", "b3", "b2")  # the same in Earth Engine, and Landsat 8, if there is a band that Landsat 5 and 7 have not
+_NEWER = {"b8", "b8a", "b9", "b11", "b12"}
+_DARK = 32  # of 255: a grey picture of lower values, such as classes, is nearly black
 _LEVELS = 32  # opacity has fewer levels between none and full, or few pixels there
 _INFRARED = "a band is declared as opacity, but has the values of a picture, as near infrared has: it is left out"
 _OTHERS = {"edge", "infra", "infrared", "near", "nir", "coastal", "i"}  # words of bands that are no colours
@@ -40,6 +43,8 @@ class Tones(NamedTuple):
         For the user.
     has_opacity
         Whether an alpha band is opacity; in a TIFF, it may be near infrared.
+    scale, offset
+        What the file declares for its values, as for reflectances in 16 bits: scale · value + offset.
     """
 
     bands: tuple[int, ...] = (1,)
@@ -47,9 +52,13 @@ class Tones(NamedTuple):
     palette: np.ndarray | None = None
     notes: tuple[str, ...] = ()
     has_opacity: bool = True
+    scale: float = 1.0
+    offset: float = 0.0
 
     def linear(self, pixels: np.ndarray) -> np.ndarray:
         """(rows, cols, 1 or 3) float32 albedo, 0 to 1."""
+        if (self.scale, self.offset) != (1.0, 0.0):
+            pixels = pixels * self.scale + self.offset
         if self.palette is not None:
             return _SRGB_8[self.palette[np.minimum(pixels[..., 0], len(self.palette) - 1), :3]]
         if self.range:
@@ -87,7 +96,8 @@ def range_of(
     full = 1.0 if is_float else float(np.iinfo(values.dtype).max)
     if values.dtype.kind == "u" and bright > full / 2:
         return (0.0, full), ()
-    white = bright if bright > 0 else max(high, 1.0)
+    is_byte = is_float and high <= 255 < 2 * bright
+    white = 255.0 if is_byte else bright if bright > 0 else max(high, 1.0)
     has = f"has values {low:g} to {high:g}" + ("" if is_float else f" of {full:.0f}")
     return (0.0, white), (f"{has}: black is 0, white is {white:g}; --range LO,HI sets others",)
 
@@ -110,8 +120,18 @@ def tones_of(picture: Any, name: str, asked: Range | None, most_side: int) -> To
     if not asked and not bits and values.dtype != np.uint8:
         size = len(bands), *(min(side, most_side) for side in picture.shape)
         values = picture.read(list(bands), out_shape=size, masked=True).compressed()
+    scale, offset = picture.scales[bands[0] - 1], picture.offsets[bands[0] - 1]
+    if (scale, offset) != (1.0, 0.0) and values.dtype != np.uint8:
+        values = values * scale + offset
+    else:
+        scale, offset = 1.0, 0.0
     found, words = range_of(values, int(bits) if bits else None, asked)
-    return with_opacity(Tones(bands, found, None, notes + words), _declared(picture, meanings, most_side))
+    if len(bands) == 1 and values.dtype == np.uint8 and not asked:
+        size = tuple(min(side, most_side) for side in picture.shape)
+        high = int(picture.read(bands[0], out_shape=size, masked=True).filled(0).max())
+        words += (f"has values up to {high} of 255, nearly black: --range 0,{high} stretches them",) * (0 < high < _DARK)
+    tones = Tones(bands, found, None, notes + words, scale=scale, offset=offset)
+    return with_opacity(tones, _declared(picture, meanings, most_side))
 
 
 def with_opacity(tones: Tones, declared: np.ndarray | None) -> Tones:
@@ -145,7 +165,8 @@ def _colours(picture: Any, meanings: list[str]) -> tuple[tuple[int, ...], tuple[
     if set(_COLOURS) <= set(meanings):
         return tuple(meanings.index(colour) + 1 for colour in _COLOURS), ()
     words = [re.findall(r"[a-z0-9]+", (text or "").lower()) for text in picture.descriptions]
-    for wanted in (_COLOURS, _NUMBERED):
+    is_newer = any(_NEWER & set(each) for each in words)
+    for wanted in (_COLOURS, _NUMBERED, *((_SHORT,) if is_newer else ())):
         named = [
             next((i for i, each in enumerate(words, 1) if word in each and not _OTHERS & set(each)), 0)
             for word in wanted

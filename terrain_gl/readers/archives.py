@@ -64,6 +64,7 @@ def encoding_of(path: str, head: bytes) -> str | None:
         return None
     for mark, encoding in (
         (codecs.BOM_UTF8, "utf-8-sig"),
+        (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, whose mark it begins with
         (codecs.BOM_UTF16_LE, "utf-16"),
         (codecs.BOM_UTF16_BE, "utf-16"),
     ):
@@ -85,6 +86,7 @@ def open_text(path: str, name: str, encoding: str, opener: Opener) -> Raster:
     def unpack(folder: str) -> str:
         inner = os.path.basename(path)
         with open(path, encoding=encoding) as text, open(os.path.join(folder, inner), "w", encoding="ascii") as file:
+            file.write(text.read(1 << 10).lstrip())
             while piece := text.read(1 << 20):
                 file.write(piece)
         for beside in (os.path.splitext(path)[0] + ".prj", path + ".aux.xml"):
@@ -101,7 +103,8 @@ def _unpacked(name: str, unpack: Callable[[str], str], opener: Opener) -> Raster
         raster = opener(os.path.join(folder.name, unpack(folder.name)))
     except TerrainError as error:
         folder.cleanup()
-        raise TerrainError(str(error).replace(folder.name, name)) from None
+        within = str(error).replace(folder.name, name)
+        raise TerrainError(within.replace(os.path.join(name, os.path.basename(name)), name)) from None  # a text
     except (
         OSError,
         EOFError,

@@ -21,7 +21,7 @@ import numpy as np
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr
 from terrain_gl.readers.bands import Bands, bands_of
-from terrain_gl.readers.description import as_described
+from terrain_gl.readers.description import as_described, unit_beside
 from terrain_gl.readers.georeference import Georeference, Grid, at_place, grid_through
 from terrain_gl.readers.raster import (
     INSTALL_GEO,
@@ -123,7 +123,8 @@ def open_dataset(data: Any, name: str) -> Raster:
 def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     first = bands.heights[0] - 1
     place, notes = place_of(data, name)
-    meaning = meaning_of(data.units[first], place.crs, attributes_of(data, first + 1))
+    unit, factor = unit_beside(data)
+    meaning = meaning_of(data.units[first] or unit, place.crs, attributes_of(data, first + 1))
     about = ""
     with suppress(UnicodeDecodeError):
         about = str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
@@ -134,7 +135,7 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
         blocks,
         has_alpha=bands.has_opacity,
         nodata=data.nodatavals[first] if bands.greys is None else None,  # with a palette, it is an index, not a height
-        scale=data.scales[first] * meaning.metres,
+        scale=data.scales[first] * meaning.metres * factor,
         offset_m=data.offsets[first] * meaning.metres,
         notes=notes + meaning.notes,
         bands=bands.names,

@@ -18,10 +18,11 @@ from terrain_gl.readers.raster import Meaning, Raster, Spacing, gdal_failures
 
 EARTH_M = -11_000.0, 8_900.0  # heights of the deepest sea floor and of Everest
 FOOT_M, US_FOOT_M = 0.3048, 1200 / 3937
-_US_FOOT = ("us ft", "ftus", "us foot", "foot us", "us survey foot", "us survey ft", "survey foot", "sft", "sfoot")
+_US_FOOT = ("us ft", "ftus", "usft", "us foot", "foot us", "us survey foot", "us survey ft", "survey foot", "sft")
 _SINGULAR = {"feet": "foot", "inches": "inch"}
 _UNITS = {  # in the singular
-    **dict.fromkeys(("m", "metre", "meter", "mtr"), 1.0),
+    **dict.fromkeys(("m", "metre", "meter", "mtr", "mt", "mts", "masl", "mamsl", "gpm", "geopotential meter"), 1.0),
+    "m2 s 2": 1 / 9.80665,  # geopotential, as weather models give it
     **dict.fromkeys(("ft", "foot", "international foot", "intl foot", "foot international"), FOOT_M),
     **dict.fromkeys((*_US_FOOT, "foot us survey", "foot survey us"), US_FOOT_M),
     **{"fathom": 1.8288, "yd": 0.9144, "yard": 0.9144, "in": 0.0254, "inch": 0.0254},
@@ -33,8 +34,11 @@ _UNITS = {  # in the singular
 }
 _NAMES = {1.0: "metres", FOOT_M: "feet", US_FOOT_M: "US survey feet", 0.1: "decimetres", 0.01: "centimetres"}
 _NAMES |= {1e-3: "millimetres", 1e3: "kilometres", 1.8288: "fathoms", 0.9144: "yards", 0.0254: "inches"}
+_NAMES[_UNITS["m2 s 2"]] = "geopotential"
 _ASKED = (FOOT_M, 0.1, 0.01, 1e-3)  # units that files often do not declare
+_NO_UNIT = {"1", "none", "unitless", "dimensionless", "unknown", "n/a", "na", "null", "undefined"}
 _DOWN = re.compile(r"\b(depth|down|below)\b")
+_SAID_DOWN = re.compile(r"positive\W+(is\W+)?down")  # in a title or a comment
 STEEP = 1.5  # slope that a tenth of real land does not exceed, where posts are some metres apart
 _SMOOTH_M = 10.0  # on finer maps, trees and walls are steeper
 _STEEP_FINE = 5.0
@@ -49,7 +53,8 @@ def meaning_of(unit: str | None, crs: Any, about: Mapping[str, str]) -> Meaning:
     `about` may have "positive", "standard_name", "long_name" and "name" of the variable.
     """
     axis_m, axis_is_down = _vertical_axis(crs)
-    told = re.sub(r"[.,;:()]", lambda mark: "" if mark[0] == "." else " ", (unit or about.get("units", "")).lower())
+    told = re.sub(r"[.*^]", "", re.sub(r"[,;:()\[\]]", " ", (unit or about.get("units", "")).lower())).strip()
+    told = "" if told in _NO_UNIT else told
     words = [_SINGULAR.get(w, re.sub("(re|er|yard|fathom)s$", r"\1", w)) for w in re.split(r"[\s_-]+", told) if w]
     unit_m = _unit_m(words)
     notes: tuple[str, ...] = ()
@@ -64,11 +69,13 @@ def meaning_of(unit: str | None, crs: Any, about: Mapping[str, str]) -> Meaning:
     positive = about.get("positive", "").strip().lower()
     names = " ".join(about.get(key, "") for key in ("standard_name", "units")).lower().replace("_", " ")
     is_down = positive == "down" if positive in ("up", "down") else axis_is_down or bool(_DOWN.search(names + told))
+    is_down |= not positive and bool(_SAID_DOWN.search(" ".join(about.values()).lower()))
     is_given = unit_m is not None or axis_m is not None
     known = next((name for size, name in _NAMES.items() if math.isclose(size, metres)), f"units of {metres:g} m")
     shown = known if is_given else Meaning().words
     named = " ".join(about.get(key, "") for key in ("name", "long_name")).lower().replace("_", " ")
-    may_be = not is_down and positive != "up" and bool(re.search(r"depth|bathy", named))
+    is_named = bool(re.search(r"depth|bathy", named)) and not re.search(r"topo|elev|height|altitude", named)
+    may_be = is_named and not is_down and positive != "up"
     return Meaning(-metres if is_down else metres, shown + " down" * is_down, notes, may_be)
 
 
@@ -134,8 +141,10 @@ def contradictions(
         steep = f"a tenth of the land would be steeper than {math.degrees(math.atan(slope)):.0f} degrees"
         if scale is None:
             return (f"{no_land if is_outside else steep}: give another --encoding",)
-        fits = [m for m in _ASKED if slope * m <= most and EARTH_M[0] <= low * m and high * m <= EARTH_M[1]]
-        choices = " or ".join(f"--z-scale {scale * m:g} for {_NAMES[m]}" for m in fits[:3])
+        asked = _ASKED if scale == 1 else _ASKED[1:]
+        fits = [m for m in asked if slope * m <= most and EARTH_M[0] <= low * m and high * m <= EARTH_M[1]]
+        names = {m: f" for {_NAMES[m]}" if scale == 1 else "" for m in fits}
+        choices = " or ".join(f"--z-scale {scale * m:g}{names[m]}" for m in fits[:3])
         notes = (f"{no_land if is_outside else steep}: give {choices or '--z-scale'}",)
     if scale is None:
         return ()
