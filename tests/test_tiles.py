@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from terrain_gl import Heightmap
-from terrain_gl.basics.exceptions import UsageError
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import Reading
 from terrain_gl.readers.windows import open_windows
 
@@ -125,6 +125,40 @@ def test_other_names_place_nothing(tmp_path, name):
 def test_a_tile_without_a_name_has_a_guess(tmp_path):
     terrain = Heightmap.open(write(tmp_path / "a.png", PACK["mapbox"](land(256, 256))), encoding="mapbox")
     assert terrain.spacing_m != (1.0, 1.0) and "--spacing" in terrain.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("beside", "text", "is_south"),
+    [
+        ("tms/12", None, True),
+        ("12", ("tilemapresource.xml", "<TileMap/>"), True),
+        ("12", ("metadata.json", '{"scheme": "tms"}'), True),
+        ("12", ("metadata.json", '{"scheme": "xyz"}'), False),
+        ("items/12", None, False),
+    ],
+)
+def test_rows_that_count_from_the_south(tmp_path, beside, text, is_south):
+    path = write(tmp_path / beside / f"{X}/{2**Z - 1 - Y}.png", PACK["terrarium"](land(256, 256)))
+    if text:
+        (tmp_path / text[0]).write_text(text[1])
+    latitude = Heightmap.open(path, encoding="terrarium").place.middle[1]
+    assert latitude == pytest.approx((1 if is_south else -1) * edge(X + 0.5, Y + 0.5)[1], abs=1e-3)
+
+
+@pytest.mark.parametrize(("name", "how"), [("a.jpg", {"quality": 98}), ("a.webp", {"quality": 98})])
+def test_losses_spoil_packed_heights(tmp_path, name, how):
+    path = write(tmp_path / name, PACK["mapbox"](land(256, 256)), **how)
+    with pytest.raises(TerrainError, match="losses"):
+        Heightmap.open(path, encoding="mapbox")
+
+
+@pytest.mark.parametrize("folder", ["", "12"])
+def test_a_folder_of_tiles_is_told_of_build(tmp_path, folder):
+    for zoom in (9, 12):
+        write(tmp_path / f"{zoom}/{X >> 12 - zoom}/{Y >> 12 - zoom}.png", PACK["mapbox"](land(256, 256)))
+    with pytest.raises(TerrainError) as caught:
+        Heightmap.open(tmp_path / folder)
+    assert str(caught.value).endswith(f"terrain-gl build {tmp_path}/12/*/*.png")
 
 
 def test_plain_heights_are_placed_with_a_line(tmp_path):

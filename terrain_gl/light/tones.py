@@ -129,7 +129,8 @@ def tones_of(picture: Any, name: str, asked: Range | None, most_side: int) -> To
     if len(bands) == 1 and values.dtype == np.uint8 and not asked:
         size = tuple(min(side, most_side) for side in picture.shape)
         high = int(picture.read(bands[0], out_shape=size, masked=True).filled(0).max())
-        words += (f"has values up to {high} of 255, nearly black: --range 0,{high} stretches them",) * (0 < high < _DARK)
+        if 0 < high < _DARK:
+            words += (f"has values up to {high} of 255, nearly black: --range 0,{high} stretches them",)
     tones = Tones(bands, found, None, notes + words, scale=scale, offset=offset)
     return with_opacity(tones, _declared(picture, meanings, most_side))
 

@@ -20,7 +20,7 @@ from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
 from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
 from terrain_gl.readers.refusals import step_for_folder
-from terrain_gl.readers.tiles import placed_by_name
+from terrain_gl.readers.tiles import check_packed, placed_by_name
 from terrain_gl.readers.values import AS_STORED, Reading
 from terrain_gl.readers.vrt import VRT, sources_of
 
@@ -111,6 +111,8 @@ def _first_bytes(path: str) -> bytes:
 
 
 def _opened(path: str, name: str, head: bytes, reading: Reading) -> Raster:
+    if reading.is_packed:
+        check_packed(name, head)
     match _kind(path, head, reading):
         case "raw":
             raster = open_raw(path, name, reading.raw, reading.byte_order)

@@ -3,6 +3,8 @@
 import os
 import re
 
+from terrain_gl.readers.tiles import example_of_tiles
+
 _SHAPE = b"\0\0\x27\x0a"
 _SQLITE = b"SQLite format 3"
 # the first bytes of a file, what it is, and what to do; NAME and STEM are those of the file
@@ -86,6 +88,8 @@ def step_for_folder(path: str, name: str) -> str:
     tiles = [entry for entry in sorted(entries) if entry.lower().endswith((".tif", ".tiff", ".hgt", ".png", ".asc"))]
     if tiles:
         return f"{name}: is a folder of files: name one, or terrain-gl build {os.path.join(name, tiles[0])} …"
+    if pattern := example_of_tiles(path):
+        return f"{name}: is a folder of tiles: name one, or terrain-gl build {pattern}"
     return f"{name}: is a folder: name a heightmap file"
 
 
