@@ -24,9 +24,15 @@ from terrain_gl.readers import Raster, Reading, Spacing, open_raster
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
-from terrain_gl.readers.plausible import guess, not_of_the_earth, plausible_spacing, sample_of
-from terrain_gl.readers.undeclared import undeclared_voids, without
-from terrain_gl.readers.units import contradictions
+from terrain_gl.readers.plausible import (
+    contradictions,
+    guess,
+    not_of_the_earth,
+    plausible_spacing,
+    sample_of,
+    undeclared_voids,
+    without,
+)
 from terrain_gl.readers.values import AS_STORED, read_heights
 from terrain_gl.sight import Sight, bend_per_m, lines_of_sight, seen_from
 

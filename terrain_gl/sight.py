@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .basics.exceptions import UsageError
-from .readers.geodesy import WGS84
-from .readers.georeference import Georeference
+from .readers.georeference import WGS84, Georeference
 
 CURVATURES = ("auto", "on", "off")
 FROM_M = 50e3  # "auto" draws a map flat if its longer side is shorter than this

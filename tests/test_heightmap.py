@@ -15,7 +15,7 @@ from hypothesis.extra import numpy as hnp
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.readers.geodesy import metres_per_degree
+from terrain_gl.readers.georeference import metres_per_degree
 
 ROWS, COLS = 37, 53
 TYPES = {"float32": "float", "float64": "double"}  # as OpenImageIO calls them

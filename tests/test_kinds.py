@@ -11,7 +11,7 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.writers import write_heightmap
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.readers.geodesy import metres_per_degree
+from terrain_gl.readers.georeference import metres_per_degree
 
 ROWS, COLS = 31, 41
 METRES = np.add.outer(np.arange(ROWS) * 20.0, np.arange(COLS) * 3.0).astype("f4") + 100  # 100 to 820, no symmetry

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
-from ..readers.geodesy import WGS84, flat_crs
+from ..readers.georeference import WGS84, flat_crs
 from ..readers.place import to_degrees
 from ..readers.raster import INSTALL_GEO
 

@@ -18,9 +18,8 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..basics.replacing import make_sure_of_space, replacing
 from ..heightmap import Heightmap
 from ..image import Rows, writing_rows
-from ..readers.gdal import closed_environment
-from ..readers.geodesy import flat_crs
-from ..readers.georeference import DEGREES, Georeference
+from ..readers.georeference import DEGREES, Georeference, flat_crs
+from ..readers.local import closed_environment
 from ..readers.raster import gdal_failures, has_rasterio, one_line
 
 FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}

@@ -11,11 +11,11 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
 from ..readers import open_raster
-from ..readers.gdal import closed_environment, open_local
 from ..readers.georeference import Georeference, Grid
+from ..readers.local import closed_environment, open_local
 from ..readers.place import Place
+from ..readers.plausible import undeclared_voids, without
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
-from ..readers.undeclared import undeclared_voids, without
 from ..readers.values import read_heights
 from .albedo import MOST_SIDE, added_to, mean_of, read_albedo, share_of, tones_in
 from .ramps import Ramp, Range, ramp_for

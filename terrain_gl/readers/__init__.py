@@ -18,11 +18,12 @@ from terrain_gl.readers.archives import encoding_of, open_gzip, open_text, open_
 from terrain_gl.readers.arrays import RAW_ENDINGS, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
+from terrain_gl.readers.local import VRT, sources_of
 from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
 from terrain_gl.readers.refusals import step_for_folder
 from terrain_gl.readers.tiles import check_packed, placed_by_name
 from terrain_gl.readers.values import AS_STORED, Reading
-from terrain_gl.readers.vrt import VRT, sources_of
+from terrain_gl.readers.values import AS_STORED, Reading
 
 __all__ = ["Raster", "Reading", "Spacing", "files_of", "has_windows", "open_raster", "state_of"]
 

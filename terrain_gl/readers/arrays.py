@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import tokenize
 
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.readers.geodesy import metres_per_degree
-from terrain_gl.readers.georeference import DEGREES, Georeference, Grid
-from terrain_gl.readers.raster import MAX_CHANNELS, Blocks, Raster, Spacing, one_line, rows_at_once
+from terrain_gl.readers.georeference import hgt_place
+from terrain_gl.readers.raster import MAX_CHANNELS, Blocks, Raster, one_line, rows_at_once
 
 SRTM_VOID = -32768.0
 
@@ -58,20 +56,8 @@ def open_hgt(path: str, name: str) -> Raster:
         raise TerrainError(f"{name}: {size} bytes are not a square of 2-byte posts: the .hgt tile is cut short")
     shape = (side, side, 1)
     blocks = _npy_blocks(path, np.dtype(">i2"), shape, 0, True)
-    spacing_m, place = _hgt_place(path, side)
+    spacing_m, place = hgt_place(path, side)
     return Raster(name, shape, np.dtype(">i2"), blocks, nodata=SRTM_VOID, spacing_m=spacing_m, georeference=place)
-
-
-def _hgt_place(path: str, side: int) -> tuple[Spacing | None, Georeference | None]:
-    """Spacing and georeference of a tile: its outermost posts are on whole degrees."""
-    corner = re.match(r"([NS])(\d\d)([EW])(\d\d\d)", os.path.basename(path).upper())
-    if corner is None or side < 2:
-        return None, None
-    south, west = int(corner[2]) * (1 if corner[1] == "N" else -1), int(corner[4]) * (1 if corner[3] == "E" else -1)
-    east, north = metres_per_degree(south + 0.5)
-    step = 1 / (side - 1)
-    grid = Grid(step, 0.0, west - step / 2, 0.0, -step, south + 1 + step / 2)
-    return (east * step, north * step), Georeference(grid, DEGREES, (side, side))
 
 
 RAW_ENDINGS = (".raw", ".r16", ".r32")

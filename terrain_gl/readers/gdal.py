@@ -1,77 +1,46 @@
-"""TIFF with its tags, and the other local rasters that GDAL reads, through rasterio (the [geo] extra).
+"""Rasters that GDAL reads, through rasterio (the [geo] extra): bands, place, unit, scale and no-data value.
 
-Some drivers of GDAL follow a file to the network, or to other files of the machine. So a map is opened only with the
-drivers in `DRIVERS`, which read the named file and its headers beside it.
+A file may say "no data here" by a value (readers/values.py), or by opacity: a mask inside the file or beside it (.msk),
+an alpha band, or a palette's transparent entries. Opacity is read as one more channel, 0 where a post is void.
 """
 
 from __future__ import annotations
 
-import mmap
-import os
+import math
 import re
-import stat
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.image import quiet_stderr
-from terrain_gl.readers.bands import Bands, bands_of
-from terrain_gl.readers.description import as_described, unit_beside
 from terrain_gl.readers.georeference import Georeference, Grid, at_place, grid_through
+from terrain_gl.readers.local import environment, open_layer
 from terrain_gl.readers.raster import (
     INSTALL_GEO,
-    MOST_LISTED,
+    MAX_CHANNELS,
     TRUST,
     Band,
     Blocks,
     Raster,
+    as_described,
     damaged,
     gdal_failures,
     has_rasterio,
+    listed,
+    number_of,
     one_line,
     read_within,
     rows_at_once,
-    utf8,
 )
 from terrain_gl.readers.refusals import step_for
 from terrain_gl.readers.units import meaning_of
-from terrain_gl.readers.vrt import VRT, safe_mosaic
 
-DRIVERS = (
-    *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG", "GIF", "JP2OpenJPEG", "TGA", "HF2", "SIGDEM"),
-    *("AAIGrid", "GRASSASCIIGrid", "GSAG", "GSBG", "GS7BG", "NWT_GRD", "ZMap", "XYZ"),
-    *("EHdr", "ENVI", "SAGA", "RST", "ROI_PAC", "PCRaster"),
-    *("SRTMHGT", "DTED", "USGSDEM", "BT", "Terragen", "Leveller", "RMF"),
-)
-# These settings close all ways of GDAL to the network: a driver that opens a remote file gets an error.
-OFFLINE = {
-    "CPL_VSIL_CURL_ALLOWED_FILENAME": "/vsicurl/none",
-    "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": "{none}",
-    "GDAL_DISABLE_READDIR_ON_OPEN": "FALSE",
-    "GDAL_HTTP_MAX_RETRY": "0",
-    "GDAL_HTTP_TIMEOUT": "1",
-    "AWS_NO_SIGN_REQUEST": "YES",
-    "CPL_AWS_AUTODETECT_EC2": "NO",
-    "CPL_GCE_CHECK_LOCAL_FILES": "NO",
-    "GDAL_VRT_ENABLE_PYTHON": "NO",
-    "PROJ_NETWORK": "OFF",
-    "OSR_DEFAULT_AXIS_MAPPING_STRATEGY": "TRADITIONAL_GIS_ORDER",
-}
-_ALWAYS = {
-    "GDAL_CACHEMAX": 64 << 20,  # rasterio takes bytes; the default is a share of the machine's memory
-    "VRT_NUM_THREADS": "1",  # with several threads, GDAL reads zeros where a source is damaged, without an error
-    "GTIFF_REPORT_COMPD_CS": "YES",  # otherwise a GeoTIFF 1.0 has no vertical axis
-    "GDAL_NETCDF_IGNORE_XY_AXIS_NAME_CHECKS": "YES",  # x and y are coordinates, also without attributes that say so
-}
-_HDF5 = b"\x89HDF\r\n\x1a\n"
-_ERDAS = b"EHFA_HEADER_TAG"
-_ERDAS_ELSEWHERE = b"ExternalRasterDMS"
-
+_BESIDE = re.compile(r"^(UNIT|Z_FACTOR|ZUNITS)(?:[ \t]*=|[ \t])[ \t]*([^\s=].*)$", re.IGNORECASE | re.MULTILINE)
+_MOST_BYTES = 10_000
 
 def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = None) -> Raster:
     """Open a raster with its tags: spacing, no-data value, scale, offset and unit of heights.
@@ -94,10 +63,10 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
         others = "is not PNG, TIFF, EXR, HDR, NPY or HGT: if it is another kind that GDAL reads"
         raise TerrainError(f"{name}: {others}, {INSTALL_GEO}")
     try:
-        with _environment(trusted):
+        with environment(trusted):
             data, of_layer = open_layer(path, name, trusted, band)
             bands = bands_of(data, name, of_layer)
-            blocks = read_within(data, _gdal_blocks(data, name, bands, partial(_environment, trusted)))
+            blocks = read_within(data, _gdal_blocks(data, name, bands, partial(environment, trusted)))
             return _raster(data, name, bands, blocks)
     except gdal_failures() as error:
         if refusal := step_for(path, name, _head(path), str(error)):
@@ -117,7 +86,7 @@ def _head(path: str) -> bytes:
 def open_dataset(data: Any, name: str) -> Raster:
     """Read the first band of a dataset that the caller has opened with rasterio, and closes later."""
     bands = bands_of(data, name, 1)
-    return _raster(data, name, bands, _gdal_blocks(data, name, bands, partial(_environment, True)))
+    return _raster(data, name, bands, _gdal_blocks(data, name, bands, partial(environment, True)))
 
 
 def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
@@ -155,6 +124,24 @@ def attributes_of(data: Any, band: int) -> dict[str, str]:
     return {"name": name} | {key.lower(): value for key, value in (of_file | own).items() if "#" not in key}
 
 
+def unit_beside(data: Any) -> tuple[str, float]:
+    """The unit of heights, and a factor, in the .sgrd of SAGA and in old .prj of Arc/Info; "" and 1 if there are none.
+
+    `data` is a dataset of rasterio.
+    """
+    found: dict[str, str] = {}
+    if data.driver in ("SAGA", "AAIGrid"):
+        for path in data.files:
+            if path.lower().endswith((".sgrd", ".prj")):
+                with open(path, encoding="utf-8", errors="replace") as file:
+                    found |= {key.upper(): value.strip() for key, value in _BESIDE.findall(file.read(_MOST_BYTES))}
+    unit = found.get("UNIT") or found.get("ZUNITS", "")
+    factor = 1.0
+    with suppress(ValueError, ZeroDivisionError):
+        factor = float(found["Z_FACTOR"]) if "Z_FACTOR" in found else 1 / float(unit)  # Zunits 100: 100 for a metre
+    return ("" if unit.lower() == "no" or unit[:1].isdigit() else unit), factor if 0 < factor < math.inf else 1.0
+
+
 def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
     """The place of a dataset, from its transform or from ground control points on a grid; and notes for the user."""
     size = data.width, data.height
@@ -178,122 +165,6 @@ def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
     return place, ()
 
 
-def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[Any, Band | None]:
-    """Open a file, or the layer of it that `band` names; also returns the band of that layer.
-
-    `TerrainError` lists the layers, if there are several and `band` names none of them.
-    """
-    data = _dataset(utf8(path, name)) if trusted else open_local(path, name)
-    if data.count:
-        return data, band
-    layers = _layers(data)
-    data.close()
-    if not trusted:  # a name with other characters could be read as the name of another file
-        layers = {layer: text for layer, text in layers.items() if re.fullmatch(r"[\w/.+-]+", layer)}
-    drivers = None if trusted else DRIVERS
-    if band in layers:
-        return _dataset(layers[str(band)], drivers), None
-    if len(layers) == 1:
-        return _dataset(next(iter(layers.values())), drivers), band
-    if not layers:
-        raise TerrainError(f"{name}: holds no raster: extract one with gdal_translate")
-    shown = ", ".join([*list(layers)[:MOST_LISTED], *(["…"] if len(layers) > MOST_LISTED else [])])
-    raise TerrainError(f"{name}: holds the layers {shown}: name the one with heights, as --band {next(iter(layers))}")
-
-
-def _layers(data: Any) -> dict[str, str]:
-    """GDAL's name for each layer of a file, by the layer's name. Bounds of cells are left out if others remain."""
-    layers = {text.rpartition(":")[2]: text for text in data.subdatasets}
-    about = " ".join(data.tags(ns="SUBDATASETS").values())
-    thin = set(re.findall(r"\[[\dx]*x[1-4]\] ([\w/.+-]+)", about))  # as in "[100x2] lat_bnds (64-bit floating-point)"
-    return {name: text for name, text in layers.items() if name not in thin} or layers
-
-
-def open_local(path: str, name: str) -> Any:
-    """Open a regular file with the allowed drivers, as a rasterio dataset.
-
-    Raises
-    ------
-    TerrainError
-        A file beside it with the same name and another ending is a pipe, a device or a link to another folder; or the
-        file is of a kind that may name other files as its data.
-    rasterio.errors.RasterioError
-        No allowed driver reads it.
-    """
-    with open(path, "rb") as file:
-        is_mosaic = file.read(64).lstrip().startswith(VRT)
-    text, sources = safe_mosaic(path, name, DRIVERS) if is_mosaic else (utf8(path, name), [path])
-    _check_companions([path, *sources], name)
-    for source in sources:
-        _check_own_data(source, name)
-    return _dataset(text, ("VRT",) if is_mosaic else DRIVERS)
-
-
-def _dataset(text: str, drivers: Sequence[str] | None = None) -> Any:
-    """Open a dataset by GDAL's name for it; with `drivers`, only these may open it, without the network."""
-    import rasterio
-
-    with _environment(trusted=drivers is None), warnings.catch_warnings():
-        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
-        # rasterio.open takes one driver; the class that it makes takes a list
-        return rasterio.io.DatasetReader(text, driver=drivers and list(drivers), sharing=False)
-
-
-def _environment(trusted: bool) -> AbstractContextManager[Any]:
-    import rasterio
-
-    return rasterio.Env(**_ALWAYS) if trusted else closed_environment()
-
-
-@contextmanager
-def closed_environment() -> Iterator[None]:
-    """Run GDAL without the network, without credentials, and without its own messages."""
-    import rasterio
-    from rasterio.session import DummySession
-
-    with rasterio.Env(session=DummySession(), **_ALWAYS, **OFFLINE), quiet_stderr():
-        yield
-
-
-def _check_companions(files: Iterable[str], name: str) -> None:
-    """Refuse headers beside the files of a map that are pipes or devices, or that link to another folder."""
-    stems: dict[str, set[str]] = {}
-    for path in files:
-        folder, file = os.path.split(os.path.realpath(path))
-        stems.setdefault(folder, set()).add(os.path.splitext(file)[0].lower())
-    for folder in stems:
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                words = entry.name.lower().split(".")
-                starts = {".".join(words[:n]) for n in range(1, len(words))}
-                if starts & stems[folder] and not _is_companion(entry, folder):
-                    beside = os.fsencode(entry.name).decode("utf-8", "replace")
-                    raise TerrainError(
-                        f"{name}: {beside} beside it is a pipe, a device or a link to another folder: move it away"
-                    )
-
-
-def _check_own_data(path: str, name: str) -> None:
-    """Refuse kinds of files that can name any other file as their data."""
-    if not os.path.getsize(path):
-        raise damaged(name, f"{os.path.basename(path)} is empty")
-    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        if data[: len(_HDF5)] == _HDF5:
-            raise TerrainError(f"{name}: is HDF5 (netCDF-4), whose data may be in any other file: {TRUST}")
-        if data[: len(_ERDAS)] == _ERDAS and data.find(_ERDAS_ELSEWHERE) >= 0:
-            raise TerrainError(f"{name}: is an ERDAS image whose data are in another file: {TRUST}")
-
-
-def _is_companion(entry: os.DirEntry[str], folder: str) -> bool:
-    if entry.is_dir():
-        return True
-    try:
-        regular = stat.S_ISREG(os.stat(entry.path).st_mode)
-    except OSError:  # a broken link: nothing can be read from it
-        return True
-    return regular and (not entry.is_symlink() or os.path.dirname(os.path.realpath(entry.path)) == folder)
-
-
 def _gdal_blocks(data: Any, name: str, bands: Bands, environment: Callable[[], AbstractContextManager[Any]]) -> Blocks:
     step = rows_at_once(data.width, unit=data.block_shapes[0][0])
     for row in range(0, data.height, step):
@@ -309,3 +180,98 @@ def read_pixels(data: Any, name: str, bands: Bands, window: Any, size: tuple[int
         return bands.read(data, window, size)
     except gdal_failures() as error:
         raise damaged(name, one_line(error)) from None
+
+
+# --- Bands ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Which bands of a dataset are read, and how. Bands are counted from 1."""
+
+    heights: tuple[int, ...]  # bands of heights or colours
+    names: tuple[str, ...]  # the file's names of these bands; empty for bands without a name
+    alphas: tuple[int, ...]  # bands of opacity
+    has_mask: bool  # the first band has a mask besides its no-data value
+    greys: np.ndarray | None  # grey level and opacity of each index of a palette: (n, 2) uint8
+
+    @property
+    def has_opacity(self) -> bool:
+        """Whether the last channel is opacity."""
+        return self.has_mask or bool(self.alphas) or self.greys is not None
+
+    @property
+    def channels(self) -> int:
+        """Number of channels that `read` returns."""
+        return len(self.heights) + self.has_opacity
+
+    def read(self, data: Any, window: Any = None, size: tuple[int, int] | None = None) -> np.ndarray:
+        """Pixels (rows, cols, channels) of a window; with `size`, only so many rows and columns, spread over it."""
+        where = {"window": window, "out_shape": size}
+        pixels = np.stack([data.read(band, **where) for band in self.heights], -1)
+        if not self.has_opacity:
+            return pixels
+        opaque = np.ones(pixels.shape[:2], bool)
+        if self.has_mask:
+            opaque &= data.read_masks(self.heights[0], **where) != 0
+        for band in self.alphas:
+            opaque &= data.read(band, **where) != 0
+        if self.greys is not None:
+            entries = self.greys[np.minimum(pixels[..., 0], len(self.greys) - 1)]
+            opaque &= entries[..., 1] != 0
+            pixels = entries[..., :1]
+        return np.concatenate([pixels, opaque[..., None].astype(pixels.dtype)], -1)
+
+
+def bands_of(data: Any, name: str, band: Band | None) -> Bands:
+    """Choose the bands of a rasterio dataset: the band with this number or name, or else all bands.
+
+    `TerrainError` lists the bands, if there is no such band or if they hold no heights.
+    """
+    from rasterio.enums import ColorInterp
+
+    alphas = tuple(i + 1 for i, meaning in enumerate(data.colorinterp) if meaning == ColorInterp.alpha)
+    others = tuple(i for i in range(1, data.count + 1) if i not in alphas) or alphas
+    names = tuple(_name(data, i + 1) for i in range(data.count))
+    if band is not None:
+        others = (number_of(band, names, name),)
+    elif len(others) > MAX_CHANNELS:
+        has = listed([names[i - 1] for i in others])
+        raise TerrainError(f"{name}: {has}: say which holds the heights, as with --band 1")
+    first = others[0] - 1
+    if data.dtypes[first].startswith("complex"):
+        raise TerrainError(f"{name}: holds complex numbers: convert it to one real height per post")
+    alphas = tuple(alpha for alpha in alphas if alpha not in others)
+    greys = _greys(data, others[0], name) if data.colorinterp[first] == ColorInterp.palette else None
+    has_mask = _has_mask(data, first) or (greys is not None and data.nodatavals[first] is not None)
+    return Bands(others, tuple(names[i - 1] for i in others), alphas, has_mask, greys)
+
+
+def _name(data: Any, band: int) -> str:
+    try:
+        return data.descriptions[band - 1] or data.tags(band).get("NETCDF_VARNAME", "")
+    except UnicodeDecodeError:
+        return ""
+
+
+def _has_mask(data: Any, first: int) -> bool:
+    """Whether a band has a mask besides its no-data value and the alpha band, which are read in other ways."""
+    from rasterio.enums import MaskFlags
+
+    return set(data.mask_flag_enums[first]) not in (
+        {MaskFlags.all_valid},
+        {MaskFlags.nodata},
+        {MaskFlags.per_dataset, MaskFlags.alpha},
+    )
+
+
+def _greys(data: Any, band: int, name: str) -> np.ndarray:
+    """The grey levels of a palette; `TerrainError` if it has other colours."""
+    palette: dict[int, Sequence[int]] = data.colormap(band)
+    entries = np.zeros((max(palette, default=0) + 1, 4), np.uint8)
+    for index, colour in palette.items():
+        entries[index] = colour
+    opaque = entries[entries[:, 3] > 0]
+    if not (opaque[:, :1] == opaque[:, 1:3]).all():
+        raise TerrainError(f"{name}: holds palette indices, not heights: convert it to one grey channel")
+    return entries[:, [0, 3]]

@@ -8,9 +8,17 @@ import OpenImageIO as oiio
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr, reason_of
-from terrain_gl.readers.description import as_described
 from terrain_gl.readers.georeference import Georeference, Grid, at_place, world_file
-from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, rows_at_once, utf8
+from terrain_gl.readers.raster import (
+    INSTALL_GEO,
+    MAX_CHANNELS,
+    Blocks,
+    Raster,
+    as_described,
+    damaged,
+    rows_at_once,
+    utf8,
+)
 
 
 def open_oiio(path: str, name: str) -> Raster:

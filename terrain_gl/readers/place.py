@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
-from .geodesy import flat_crs, to_own_angles
-from .georeference import DEGREES, EVEN, Georeference, Placed
+from .georeference import DEGREES, EVEN, Georeference, Placed, flat_crs, to_own_angles
 from .raster import Spacing
 
 Point = tuple[float, float]

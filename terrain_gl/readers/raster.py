@@ -1,6 +1,7 @@
 """An open raster file: the result of every reader, and functions that the readers share."""
 
 import contextlib
+import math
 import os
 import re
 from collections.abc import Generator, Sequence
@@ -18,6 +19,7 @@ INSTALL_GEO = "pip install 'terrain-gl[geo]'"
 TRUST = "if you trust it, let GDAL follow it to other files and the network with --trust"
 
 MOST_LISTED = 12  # bands that a message names
+_OPTION = re.compile(r"--(spacing|z-scale|z-offset|nodata) ([\d.eE+,-]+)")
 
 Spacing = tuple[float, float]
 Band = int | str  # a band's number, from 1, or its name
@@ -115,6 +117,28 @@ def _channels(blocks: Blocks, keep: list[int]) -> Blocks:
             yield where, pixels[..., keep]
 
 
+def as_described(raster: Raster, text: str) -> Raster:
+    """The raster with the options after "read with" in its description, where our own writers put them."""
+    options = {name: _numbers(value) for name, value in _OPTION.findall(text.partition("read with ")[2])}
+    spacing = options.get("spacing", [])
+    z_scale, z_offset, nodata = (options.get(name, []) for name in ("z-scale", "z-offset", "nodata"))
+    return replace(
+        raster,
+        spacing_m=(spacing[0], spacing[-1]) if 1 <= len(spacing) <= 2 and min(spacing) > 0 else raster.spacing_m,
+        scale=raster.scale * (z_scale[0] if len(z_scale) == 1 and z_scale[0] else 1.0),
+        offset_m=raster.offset_m + (z_offset[0] if len(z_offset) == 1 else 0.0),
+        nodata=nodata[0] if len(nodata) == 1 else raster.nodata,
+    )
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        return []
+    return values if all(map(math.isfinite, values)) else []
+
+
 def rows_at_once(cols: int, unit: int = 1) -> int:
     """Rows of a block of about BLOCK_POSTS posts: a multiple of `unit` rows, unless a unit is much larger than that."""
     rows = max(1, BLOCK_POSTS // max(cols, 1))
@@ -131,7 +155,7 @@ def damaged(name: str, reason: str) -> TerrainError:
 
 def one_line(error: BaseException) -> str:
     """A library's message as one short line; if the error has a cause, the message of the cause."""
-    text = re.sub(r"\?if=[\w,]+", "", str(error.__cause__ or error))  # drivers that `vrt.py` adds to a name
+    text = re.sub(r"\?if=[\w,]+", "", str(error.__cause__ or error))  # drivers that `local.py` adds to a name
     text = re.sub(r"<VRTDataset.*>: No such file or directory", "one of its elements is wrong", text, flags=re.DOTALL)
     return " ".join(text.split())[:120]
 

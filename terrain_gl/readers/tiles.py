@@ -10,8 +10,7 @@ import re
 from dataclasses import replace
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.readers.geodesy import WGS84, metres_per_degree
-from terrain_gl.readers.georeference import DEGREES, Georeference, Grid
+from terrain_gl.readers.georeference import DEGREES, WGS84, Georeference, Grid, metres_per_degree
 from terrain_gl.readers.raster import Raster
 
 _NAME = re.compile(r"(?:^|[/\\_.-])(\d\d?)[/\\_-](\d+)[/\\_-](\d+)(?:@\dx)?\.\w+$")

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from terrain_gl.readers.raster import Meaning, Raster, Spacing, gdal_failures
+from terrain_gl.readers.raster import Meaning, gdal_failures
 
 EARTH_M = -11_000.0, 8_900.0  # heights of the deepest sea floor and of Everest
 FOOT_M, US_FOOT_M = 0.3048, 1200 / 3937
@@ -32,19 +30,12 @@ _UNITS = {  # in the singular
         for prefix, name in ((short, "m"), (long, "metre"), (long, "meter"))
     },
 }
-_NAMES = {1.0: "metres", FOOT_M: "feet", US_FOOT_M: "US survey feet", 0.1: "decimetres", 0.01: "centimetres"}
-_NAMES |= {1e-3: "millimetres", 1e3: "kilometres", 1.8288: "fathoms", 0.9144: "yards", 0.0254: "inches"}
-_NAMES[_UNITS["m2 s 2"]] = "geopotential"
-_ASKED = (FOOT_M, 0.1, 0.01, 1e-3)  # units that files often do not declare
+NAMES = {1.0: "metres", FOOT_M: "feet", US_FOOT_M: "US survey feet", 0.1: "decimetres", 0.01: "centimetres"}
+NAMES |= {1e-3: "millimetres", 1e3: "kilometres", 1.8288: "fathoms", 0.9144: "yards", 0.0254: "inches"}
+NAMES[_UNITS["m2 s 2"]] = "geopotential"
 _NO_UNIT = {"1", "none", "unitless", "dimensionless", "unknown", "n/a", "na", "null", "undefined"}
 _DOWN = re.compile(r"\b(depth|down|below)\b")
 _SAID_DOWN = re.compile(r"positive\W+(is\W+)?down")  # in a title or a comment
-STEEP = 1.5  # slope that a tenth of real land does not exceed, where posts are some metres apart
-_SMOOTH_M = 10.0  # on finer maps, trees and walls are steeper
-_STEEP_FINE = 5.0
-_SEMI_MAJOR_M = 6.3e6, 6.4e6
-_WINDOW = 128  # posts a side of a window in which heights are looked at
-_WINDOWS = 4  # windows a side
 
 
 def meaning_of(unit: str | None, crs: Any, about: Mapping[str, str]) -> Meaning:
@@ -62,7 +53,7 @@ def meaning_of(unit: str | None, crs: Any, about: Mapping[str, str]) -> Meaning:
         notes = (f"unit of heights {' '.join(words)[:30]!r} is unknown: values count as metres (--z-scale)",)
     elif unit_m is None and axis_m is None and (feet := _in_feet(crs)):
         notes = (
-            f"no unit of heights, but {_NAMES[feet]} between posts: values count as metres; "
+            f"no unit of heights, but {NAMES[feet]} between posts: values count as metres; "
             f"if they are feet, give --z-scale {feet:.10g}",
         )
     metres = next((known for known in (unit_m, axis_m) if known), 1.0)
@@ -71,7 +62,7 @@ def meaning_of(unit: str | None, crs: Any, about: Mapping[str, str]) -> Meaning:
     is_down = positive == "down" if positive in ("up", "down") else axis_is_down or bool(_DOWN.search(names + told))
     is_down |= not positive and bool(_SAID_DOWN.search(" ".join(about.values()).lower()))
     is_given = unit_m is not None or axis_m is not None
-    known = next((name for size, name in _NAMES.items() if math.isclose(size, metres)), f"units of {metres:g} m")
+    known = next((name for size, name in NAMES.items() if math.isclose(size, metres)), f"units of {metres:g} m")
     shown = known if is_given else Meaning().words
     named = " ".join(about.get(key, "") for key in ("name", "long_name")).lower().replace("_", " ")
     is_named = bool(re.search(r"depth|bathy", named)) and not re.search(r"topo|elev|height|altitude", named)
@@ -104,70 +95,3 @@ def _in_feet(crs: Any) -> float | None:
     except gdal_failures():
         return None
     return next((foot for foot in (FOOT_M, US_FOOT_M) if math.isclose(unit_m, foot, rel_tol=1e-9)), None)
-
-
-# --- What the values say ----------------------------------------------------------------------------------------------
-
-
-def contradictions(
-    read: Callable[[slice, slice], np.ndarray],
-    shape: tuple[int, int],
-    spacing_m: Spacing,
-    scale: float | None,
-    raster: Raster,
-) -> tuple[str, ...]:
-    """Notes if the heights of a map with a place on the Earth cannot be metres up.
-
-    Only `_WINDOWS`² windows are read, by a function of rows and columns. `scale` is metres per unit of value; None
-    for heights that are packed in colours.
-    """
-    meaning = raster.meaning
-    is_asked = any("--z-scale" in note for note in meaning.notes)
-    if is_asked or raster.georeference is None or not _is_of_earth(raster.georeference.crs):
-        return ()
-    starts = [np.linspace(0, max(0, n - _WINDOW), _WINDOWS).astype(int) for n in shape]
-    at = {(int(row), int(col)) for row in starts[0] for col in starts[1]}
-    windows = [read(slice(y, min(y + _WINDOW, shape[0])), slice(x, min(x + _WINDOW, shape[1]))) for y, x in sorted(at)]
-    heights = np.concatenate([each[np.isfinite(each)] for each in windows])
-    if not heights.size:
-        return ()
-    low, high, middle = float(heights.min()), float(heights.max()), float(np.median(heights))
-    slope = _steep_slope(windows, spacing_m)
-    most = STEEP if min(spacing_m) >= _SMOOTH_M else _STEEP_FINE
-    is_outside = low < EARTH_M[0] or high > EARTH_M[1]
-    notes: tuple[str, ...] = ()
-    if is_outside or slope > most:
-        no_land = f"no land on the Earth has heights {low:g} to {high:g} m"
-        steep = f"a tenth of the land would be steeper than {math.degrees(math.atan(slope)):.0f} degrees"
-        if scale is None:
-            return (f"{no_land if is_outside else steep}: give another --encoding",)
-        asked = _ASKED if scale == 1 else _ASKED[1:]
-        fits = [m for m in asked if slope * m <= most and EARTH_M[0] <= low * m and high * m <= EARTH_M[1]]
-        names = {m: f" for {_NAMES[m]}" if scale == 1 else "" for m in fits}
-        choices = " or ".join(f"--z-scale {scale * m:g}{names[m]}" for m in fits[:3])
-        notes = (f"{no_land if is_outside else steep}: give {choices or '--z-scale'}",)
-    if scale is None:
-        return ()
-    if meaning.may_be_depth and middle > 0:
-        notes += (f"its values are named depths, and count as {low:g} to {high:g} m up: give --z-scale {-scale:g}",)
-    if meaning.metres < 0 < middle:
-        notes += (f"declared as depths, but most of it is above 0: if they are heights, give --z-scale {-scale:g}",)
-    return notes
-
-
-def _steep_slope(windows: Sequence[np.ndarray], spacing_m: Spacing) -> float:
-    """The slope that a tenth of the land exceeds; 0 for land that is void or flat."""
-    slopes = [
-        np.hypot((each[:-1, 1:] - each[:-1, :-1]) / spacing_m[0], (each[1:, :-1] - each[:-1, :-1]) / spacing_m[1])
-        for each in windows
-    ]
-    known = np.concatenate([each[np.isfinite(each)] for each in slopes])
-    return float(np.percentile(known, 90)) if known.size else 0.0
-
-
-def _is_of_earth(crs: str | None) -> bool:
-    """Whether a coordinate system is on the ground of the Earth, by its ellipsoid."""
-    found = re.search(r'^(?!GEOCCS|GEODCRS).*?(?:SPHEROID|ELLIPSOID)\["[^"]*",([\d.]+)', crs or "", re.DOTALL)
-    return (crs or "").startswith("EPSG:") or (
-        found is not None and _SEMI_MAJOR_M[0] < float(found[1]) < _SEMI_MAJOR_M[1]
-    )

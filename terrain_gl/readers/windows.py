@@ -16,15 +16,20 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import Reading, has_windows, open_raster, state_of
-from terrain_gl.readers.bands import bands_of
-from terrain_gl.readers.gdal import closed_environment, open_layer, place_of, read_pixels
+from terrain_gl.readers.gdal import bands_of, place_of, read_pixels
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed, spacing_in_the_middle
+from terrain_gl.readers.local import closed_environment, open_layer
 from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.place import Place, check_crs
-from terrain_gl.readers.plausible import guess, plausible_spacing, sample_of
+from terrain_gl.readers.plausible import (
+    contradictions,
+    guess,
+    plausible_spacing,
+    sample_of,
+    undeclared_voids,
+    without,
+)
 from terrain_gl.readers.raster import Raster, Spacing, both, utf8
-from terrain_gl.readers.undeclared import undeclared_voids, without
-from terrain_gl.readers.units import contradictions
 from terrain_gl.readers.values import AS_STORED, heights_of
 
 _ALL = slice(None)

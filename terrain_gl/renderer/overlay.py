@@ -12,8 +12,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
 from ..heightmap import Heightmap
-from ..readers.geodesy import flat_crs
-from ..readers.georeference import DEGREES
+from ..readers.georeference import DEGREES, flat_crs
 from ..readers.place import to_degrees
 from ..readers.refusals import step_for
 from . import tracks
