@@ -38,9 +38,9 @@ import json, os, sys
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.film.path import CameraPath
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.light.albedo import read_albedo
+from terrain_gl.light.laid import read_ground
 from terrain_gl.light.sky import read_sky
-READERS = {"path": CameraPath.open, "material": read_albedo, "sky": read_sky}
+READERS = {"path": CameraPath.open, "material": read_ground, "sky": read_sky}
 for line in sys.stdin:
     path = line.rstrip()
     try:

@@ -16,7 +16,7 @@ import pytest
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.film.record import Recorder
 from terrain_gl.image import read_image
-from terrain_gl.light.albedo import MOST_PIXELS, read_albedo
+from terrain_gl.light.laid import MOST_PIXELS, read_ground
 
 SIZE = ("--size", "64x48")
 
@@ -167,10 +167,10 @@ def test_a_path_of_gigabytes_is_not_read(dem):
 
 PEAK = """
 import resource, sys
-from terrain_gl.light.albedo import read_albedo
-read_albedo("empty.png")
+from terrain_gl.light.laid import read_ground
+read_ground("empty.png")
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-read_albedo(sys.argv[1], int(sys.argv[2]))
+read_ground(sys.argv[1], None, int(sys.argv[2]))
 print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) >> 10)
 """
 
@@ -200,8 +200,8 @@ def test_the_ground_is_reduced_to_what_is_used():
     out = oiio.ImageOutput.create("a.exr")
     assert out.open("a.exr", oiio.ImageSpec(70, 50, 3, "float")) and out.write_image(colours)
     out.close()
-    np.testing.assert_allclose(read_albedo("a.exr"), colours, atol=1e-3)
-    reduced = read_albedo("a.exr", 24)  # squares of 3 pixels; 2 rows and 1 column are left over
+    np.testing.assert_allclose(read_ground("a.exr"), colours, atol=1e-3)
+    reduced = read_ground("a.exr", None, 24)  # squares of 3 pixels; 2 rows and 1 column are left over
     assert reduced.shape == (17, 24, 3)
     np.testing.assert_allclose(reduced[0, 0], colours[:3, :3].mean((0, 1)), atol=1e-3)
     np.testing.assert_allclose(reduced[16, 23], colours[48:, 69:].mean((0, 1)), atol=1e-3)
@@ -220,7 +220,7 @@ def test_a_picture_of_too_many_pixels_is_refused_unread():
     out.close()
     started = time.perf_counter()
     with pytest.raises(TerrainError, match="23200 x 23200 pixels, more than"):
-        read_albedo("a.tif")
+        read_ground("a.tif")
     assert time.perf_counter() - started < 5
 
 

@@ -6,7 +6,7 @@ import pytest
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import read_image
-from terrain_gl.light.laid import holds_values, read_values
+from terrain_gl.light.laid import look_into, read_values
 from terrain_gl.light.ramps import NAMES, STOPS, Ramp, ramp_for
 
 SHOT = ("shot", "dem.tif", "--size", "64x36", "--grain", "off", "-o")
@@ -69,7 +69,7 @@ def test_values_are_placed_and_gaps_are_not_covered(placed):
     assert draped.values[:, :15] == pytest.approx(-7) and draped.values[:, 26:] == pytest.approx(3)
     assert (draped.covered[:, 18:23] == 0).all() and (draped.covered[:, :15] == 1).all()
     assert draped.ramp("auto", None) == ("diverging", -7, 7)
-    assert holds_values("change.tif") and not holds_values("missing.tif")
+    assert look_into("change.tif", None, False) == (True, ()) and look_into("missing.tif", None, False) == (False, ())
 
 
 def test_voids_of_values_are_those_of_maps(placed):
@@ -101,7 +101,7 @@ def test_voids_of_values_are_those_of_maps(placed):
         found = read_values(name, placed.georeference)
         np.testing.assert_array_equal(found.covered, expected.covered, name)
         np.testing.assert_allclose(found.values, expected.values, atol=1e-5, err_msg=name)
-        assert holds_values(name)
+        assert look_into(name, None, False)[0]
     np.save("undeclared.npy", np.where(void, -9999, change))
     np.testing.assert_array_equal(read_values("undeclared.npy").values, expected.values)
 

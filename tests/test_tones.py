@@ -5,7 +5,7 @@ import pytest
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import linear_from_srgb
-from terrain_gl.light.laid import picture_notes, read_ground
+from terrain_gl.light.laid import look_into, read_ground
 from terrain_gl.readers.georeference import Georeference, Grid
 
 rasterio = pytest.importorskip("rasterio")
@@ -94,18 +94,18 @@ def test_colours_are_those_of_the_picture(tmp_path, name):
     albedo = fields(read_ground(path, ONTO))
     assert albedo[:, 3] == pytest.approx(1)
     assert albedo[:, :3] == pytest.approx(linear_from_srgb(np.clip(FIELDS * (255 / white), 0, 255)), abs=6e-3)
-    assert any("--range" in note for note in picture_notes(path, None)) == is_told
+    assert any("--range" in note for note in look_into(path, None, True)[1]) == is_told
 
 
 def test_the_range_that_is_asked_for(tmp_path):
     path = write(tmp_path / "p", RGB * np.int16(12))
-    assert picture_notes(path, (0.0, 3060.0)) == ()
+    assert look_into(path, (0.0, 3060.0), True)[1] == ()
     albedo = fields(read_ground(path, ONTO, asked=(0.0, 3060.0)))
     assert albedo[:, :3] == pytest.approx(linear_from_srgb(FIELDS), abs=2e-3)
 
 
 def test_bands_that_say_nothing_get_a_line(tmp_path):
-    (note,) = picture_notes(write(tmp_path / "p", BGRN * np.uint16(257)), None)
+    (note,) = look_into(write(tmp_path / "p", BGRN * np.uint16(257)), None, True)[1]
     assert "gdal_translate -b" in note
     with pytest.raises(TerrainError, match="inks"):
         read_ground(write(tmp_path / "q", BGRN, interp=[C.cyan, C.magenta, C.yellow, C.black]), ONTO)
@@ -191,7 +191,7 @@ def test_pictures_without_a_place_have_opacity_too(tmp_path):
     assert (albedo[:, :80] == 0).all() and (albedo[:, 80:, 3] == 1).all()
     grey = (RGB[1] * np.uint16(12)).astype(np.uint16)
     Image.fromarray(grey).save(tmp_path / "g.png")
-    assert "0 to 2400 of 65535" in picture_notes(str(tmp_path / "g.png"), None)[0]
+    assert "0 to 2400 of 65535" in look_into(str(tmp_path / "g.png"), None, True)[1][0]
     assert float(read_ground(str(tmp_path / "g.png"), ONTO).max()) == 1
 
 
@@ -218,7 +218,7 @@ def test_a_fourth_band_of_8_bits_is_opacity_by_its_values(tmp_path, name, has_pl
         assert file.colorinterp[3] == C.alpha, "as GDAL writes four bands if nobody says what they are"
     if not has_place:
         Image.fromarray(np.moveaxis(bands, 0, -1)).save(path)
-    notes = picture_notes(path, None)
+    notes = look_into(path, None, True)[1]
     assert [("infrared" in note) for note in notes] == [True] * (not is_opacity)
     albedo = read_ground(path, ONTO).astype(float)
     share = values / 255 if is_opacity else np.ones((120, 160))
@@ -226,7 +226,7 @@ def test_a_fourth_band_of_8_bits_is_opacity_by_its_values(tmp_path, name, has_pl
     np.testing.assert_allclose(albedo[..., :3], expected, atol=2e-3)
     assert albedo.shape[2] == 3 or np.abs(albedo[..., 3] - share).max() < 2e-3
     Image.fromarray(np.moveaxis(bands, 0, -1)).save(tmp_path / "p.png")
-    assert picture_notes(str(tmp_path / "p.png"), None) == ()
+    assert look_into(str(tmp_path / "p.png"), None, True)[1] == ()
     png = read_ground(str(tmp_path / "p.png"), ONTO)
     np.testing.assert_allclose(png[..., 3], values / 255, atol=2e-3)
 

@@ -176,7 +176,7 @@ def at_place(way):
 
 @pytest.mark.parametrize(("bits", "kind", "line"), [(8, "u1", False), (16, "u2", False), (12, "u2", True)])
 def test_the_same_photo_of_more_bits(tmp_path, ctx, bits, kind, line):
-    from terrain_gl.light.laid import picture_notes
+    from terrain_gl.light.laid import look_into
 
     terrain = metres(tmp_path)
     y, x = np.mgrid[:ROWS, :COLS]
@@ -191,5 +191,5 @@ def test_the_same_photo_of_more_bits(tmp_path, ctx, bits, kind, line):
         with Renderer(terrain, (64, 64), ctx=ctx) as renderer:
             frame = renderer.render(Camera.default(terrain), 0.1, sun=SUN, material=str(tmp_path / f"{name}.tif"))
             pictures.append(frame.image[..., :3].astype(int))
-    assert bool(picture_notes(str(tmp_path / "more.tif"), None)) == line
+    assert bool(look_into(str(tmp_path / "more.tif"), None, True)[1]) == line
     assert difference(*pictures) < SAME

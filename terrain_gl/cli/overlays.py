@@ -10,7 +10,7 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..basics.words import UNITS
 from ..files.furniture import Stamp, name_stamps
 from ..heightmap import Heightmap
-from ..light.laid import holds_values, is_albedo, picture_notes
+from ..light.laid import is_albedo, look_into
 from ..renderer.draped import is_on_map
 from ..renderer.names import Label
 from ..renderer.options import FrameOptions
@@ -41,10 +41,11 @@ def with_ground(asked: Drawn) -> Drawn:
     if not grounds or frame.drape:
         return asked
     ground = grounds[0]
-    has_values = holds_values(ground) and not (frame.material and is_albedo(ground))
+    has_values, notes = look_into(ground, frame.ramp_range, is_picture=bool(frame.material))
+    has_values = has_values and not (frame.material and is_albedo(ground))
     if has_values and frame.material:
         report.note(f"{report.shown(ground)}: holds values, not colours: they are shown as by --drape")
-    for note in () if has_values else picture_notes(ground, frame.ramp_range):
+    for note in () if has_values else notes:
         report.note(f"{report.shown(ground)}: {note}")
     own = {"material": None, "drape": ground} if has_values else {"material": ground}
     lines = replace(laid, overlay=tuple(path for path in laid.overlay if path not in pictures))

@@ -1,8 +1,11 @@
-"""Pictures of the ground with coordinates, resampled to the place of a map with coordinates."""
+"""Pictures of the ground, and values on it: laid onto the place of a map, or over it from edge to edge.
+
+Both are read a few rows at a time, at the resolution that shading uses.
+"""
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -12,16 +15,18 @@ from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
 from ..readers import open_raster
 from ..readers.georeference import Georeference, Grid
+from ..readers.images import open_oiio
 from ..readers.local import closed_environment, open_local
 from ..readers.place import Place
 from ..readers.plausible import undeclared_voids, without
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
 from ..readers.values import read_heights
-from .albedo import MOST_SIDE, added_to, mean_of, read_albedo, share_of, tones_in
 from .ramps import Ramp, Range, ramp_for
-from .tones import tones_of
+from .tones import Tones, range_of, tones_of, with_opacity
 
-_SAMPLES = 1024  # most pixels a side of the copy in which we look for values that mark voids
+MOST_SIDE = 8192  # texels of the texture that shading samples
+MOST_PIXELS = 1 << 29  # most pixels of a file
+_SAMPLES = 1024  # most pixels a side of the copy in which we look for the highest value, and for marks of voids
 _OPAQUE_32 = 255.0  # alpha that GDAL makes beside bands of 32 bits
 _SAME_PLANE = "EPSG:3857"  # for both coordinate systems if neither is known; any other would do the same
 
@@ -41,21 +46,21 @@ def read_ground(
     Returns
     -------
     albedo
-        (rows, cols, 3) of a picture that covers the map from edge to edge, as `read_albedo` reads it; or
-        (rows, cols, 4) of a picture with coordinates, or with opacity. The last channel is the share of a texel that
-        the picture covers; the colours are multiplied by it.
+        (rows, cols, 3), 0 to 1, of a picture that covers the map from edge to edge; or (rows, cols, 4) of a picture
+        with coordinates, or with opacity. The last channel is the share of a texel that the picture covers; the colours
+        are multiplied by it. Of a picture of more than `most_side` pixels a side, a texel is a mean of pixels.
 
     Raises
     ------
     TerrainError
-        The same errors as `read_albedo`; or the picture lies off the map.
+        The file is not a readable picture, has too many pixels or values that are not finite, or lies off the map.
     """
-    if onto is not None and has_rasterio():
-        name = check_input(path, "name a picture")
+    name = check_input(path, "name a picture")
+    if onto is not None:
         with _placed(path, name) as picture:
             if picture is not None:
                 return _laid(picture, name, onto, most_side, asked)
-    return read_albedo(path, most_side, asked)
+    return _edge_to_edge(path, name, most_side, asked)
 
 
 class Draped(NamedTuple):
@@ -95,7 +100,7 @@ def read_values(path: str, onto: Georeference | None = None, most_side: int = MO
     """
     name = check_input(path, "name a raster")
     sums = None
-    if onto is not None and has_rasterio():
+    if onto is not None:
         with _placed(path, name) as raster:
             if raster is not None:
                 if _bands(raster) != 1:
@@ -146,31 +151,26 @@ def _whole(path: str, name: str, most_side: int) -> np.ndarray:
     return mean_of(sums, rows, cols, n, "f4")
 
 
-def holds_values(path: str) -> bool:
-    """Whether a file holds one band of floats or signed integers: these are values, not colours."""
-    try:
-        name = check_input(path, "name a picture")
-        if has_rasterio():
-            with _placed(path, name) as raster:
-                if raster is not None:
-                    return _bands(raster) == 1 and np.dtype(raster.dtypes[0]).kind in "fi"
-        raster = open_raster(path)
-        raster.blocks.close()
-        return bool(raster.colours == 1 and np.dtype(raster.dtype).kind in "fi")
-    except TerrainError:  # the function that reads the file will report the error
-        return False
+def look_into(path: str, asked: Range | None, is_picture: bool) -> tuple[bool, tuple[str, ...]]:
+    """Whether a file holds one band of floats or signed integers, which are values; and notes on colours made of it.
 
-
-def picture_notes(path: str, asked: Range | None) -> tuple[str, ...]:
-    """Notes on how the values of a picture become colours; none if it cannot be read, which its reader reports."""
+    There are no notes on values unless it `is_picture` all the same, nor on a file that its reader will refuse.
+    """
+    has_values, notes = False, ()
     with suppress(TerrainError, *(gdal_failures() if has_rasterio() else ())):
         name = check_input(path, "name a picture")
-        if has_rasterio():
-            with _placed(path, name) as picture:
-                if picture is not None:
-                    return tones_of(picture, name, asked, _SAMPLES).notes
-        return tones_in(path, asked).notes
-    return ()
+        with _placed(path, name) as picture:
+            if picture is not None:
+                has_values = _bands(picture) == 1 and np.dtype(picture.dtypes[0]).kind in "fi"
+            else:
+                with suppress(TerrainError):  # a picture may be no map
+                    raster = open_raster(path)
+                    raster.blocks.close()
+                    has_values = raster.colours == 1 and raster.dtype.kind in "fi"
+            if is_picture or not has_values:
+                tones = tones_of(picture, name, asked, _SAMPLES) if picture else _tones_in(path, name, asked)
+                notes = tones.notes
+    return has_values, notes
 
 
 def is_albedo(path: str) -> bool:
@@ -182,7 +182,10 @@ def is_albedo(path: str) -> bool:
 
 @contextmanager
 def _placed(path: str, name: str) -> Iterator[Any]:
-    """Yield the rasterio dataset of a picture with coordinates; None for other pictures."""
+    """Yield the rasterio dataset of a picture with coordinates; None for other pictures, and without rasterio."""
+    if not has_rasterio():
+        yield None
+        return
     try:
         with closed_environment():
             data = open_local(path, name)
@@ -294,3 +297,68 @@ def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict
     across, down = (max(1, min(most_side * n, round(size))) for size in pixels)
     transform = rasterio.Affine(width / across, 0, grid.c, 0, -height / down, grid.f)
     return {"src_crs": source, "crs": target, "transform": transform, "width": across, "height": down, "n": n}
+
+
+def _edge_to_edge(path: str, name: str, most_side: int, asked: Range | None) -> np.ndarray:
+    """Linear albedo of a picture that covers the map from edge to edge; with opacity, colours times it, and opacity."""
+    tones = _tones_in(path, name, asked)
+    raster = open_oiio(path, name)
+    rows, cols, _ = raster.shape
+    n = -(-max(rows, cols) // most_side)
+    has_alpha = raster.has_alpha and tones.has_opacity
+    channels = 4 if has_alpha else 3
+    albedo = np.zeros((-(-rows // n), -(-cols // n), channels), "f4" if n > 1 else "f2")
+    with np.errstate(under="ignore"):  # the smallest half float is 6e-8
+        for where, pixels in raster.blocks:
+            if not np.isfinite(pixels).all():
+                raise TerrainError(f"{name}: has values that are not finite: correct the picture")
+            colour = tones.linear(pixels[..., : len(tones.bands)])
+            if has_alpha:
+                share = share_of(pixels[..., -1:])
+                colour = np.concatenate([np.broadcast_to(colour * share, (*share.shape[:2], 3)), share], -1)
+            if n == 1:
+                albedo[where] = colour
+            else:
+                added_to(albedo, where.start, n, colour)
+        return albedo if n == 1 else mean_of(albedo, rows, cols, n)
+
+
+def _tones_in(path: str, name: str, asked: Range | None) -> Tones:
+    """How the values of a picture without coordinates become colours."""
+    raster = open_oiio(path, name)
+    rows, cols, _ = raster.shape
+    if rows * cols > MOST_PIXELS:
+        raise TerrainError(f"{name}: has {cols} x {rows} pixels, more than {MOST_PIXELS:,}: reduce the picture")
+    bands = (1, 2, 3) if raster.colours >= 3 else (1,)
+    values = np.zeros(0, raster.dtype)
+    declared = None
+    step = max(1, max(rows, cols) // _SAMPLES)
+    with closing(raster.blocks):
+        if not asked and raster.dtype != np.uint8:
+            values = np.concatenate([p[::step, ::step, : len(bands)].ravel() for _, p in raster.blocks])
+        elif raster.dtype == np.uint8 and raster.has_alpha and name.lower().endswith((".tif", ".tiff")):
+            declared = np.concatenate([p[::step, ::step, -1].ravel() for _, p in raster.blocks])
+    found, notes = range_of(values, None, asked)  # OpenImageIO scales 12 bits to 16
+    return with_opacity(Tones(bands, found, None, notes), declared)
+
+
+def share_of(opacity: np.ndarray, most: float | None = None) -> np.ndarray:
+    """Opacity from 0 to 1; `most` is opaque, by default the largest number of the type.
+
+    Floats have no common largest value, so every float except 0 counts as opaque.
+    """
+    if opacity.dtype.kind == "f":
+        return (opacity != 0).astype("f4")
+    return np.minimum(opacity.astype("f4") / np.float32(most or np.iinfo(opacity.dtype).max), np.float32(1))
+
+
+def added_to(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
+    """Add rows of pixels, from row `first` on, to the sums over boxes of n × n pixels."""
+    across = np.add.reduceat(colour, np.arange(0, colour.shape[1], n), 1)
+    np.add.at(sums, (first + np.arange(len(colour))) // n, across)
+
+
+def mean_of(sums: np.ndarray, rows: int, cols: int, n: int, dtype: str = "f2") -> np.ndarray:
+    """Divide by the number of pixels in each square; squares at the far edges have fewer pixels."""
+    high, wide = (np.minimum(n, size - np.arange(0, size, n)).astype("f4") for size in (rows, cols))
+    return (sums / (high[:, None] * wide)[..., None]).astype(dtype)

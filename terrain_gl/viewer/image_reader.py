@@ -4,7 +4,7 @@ import os
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
-from ..light.laid import picture_notes
+from ..light.laid import look_into
 from ..light.lighting import ground_seen, sky_seen
 from ..light.ramps import Photo
 from ..renderer.options import NO_SKY
@@ -38,7 +38,7 @@ class ImageReader:
         elif path:
             photo = Photo(path, self._scene.settings.options.ramp_range)
             ground_seen(photo, self._scene.heightmap.georeference if self._scene.has_map else None)
-            self._notes = picture_notes(*photo)
+            self._notes = look_into(*photo, is_picture=True)[1]
 
     def step(self) -> None:
         """Use an image that has been read, or show its error."""
