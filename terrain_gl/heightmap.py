@@ -10,7 +10,6 @@ import os
 from collections.abc import Callable
 from copy import copy
 from dataclasses import asdict
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,6 @@ from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
 from terrain_gl.readers.plausible import (
-    contradictions,
     guess,
     not_of_the_earth,
     plausible_spacing,
@@ -169,9 +167,7 @@ class Heightmap:
             The file is not a readable heightmap of at least 2 × 2 posts; or an option is outside its range.
         """
         reading = Reading(trusted, band, raw, byte_order, z_scale, z_offset_m, nodata, encoding)
-        heightmap = cls._of_raster(open_raster(path, reading), reading, spacing_m, progress)
-        heightmap.opened = {"path": os.fspath(path), "spacing_m": spacing_m} | asdict(reading)
-        return heightmap
+        return cls.of_raster(open_raster(path, reading), reading, spacing_m, progress, os.fspath(path))
 
     @classmethod
     def of(cls, source: Any, spacing_m: float | Spacing | None = None, name: str | None = None) -> Heightmap:
@@ -196,7 +192,7 @@ class Heightmap:
         name = name or str(getattr(source, "name", None) or type(source).__name__)
         raster = raster_of(source, name)
         if raster is not None:
-            return cls._of_raster(raster, AS_STORED, spacing_m)
+            return cls.of_raster(raster, AS_STORED, spacing_m)
         heightmap = cls(source, 1.0 if spacing_m is None else spacing_m, name)
         if spacing_m is None:
             heights = heightmap.heights
@@ -208,13 +204,15 @@ class Heightmap:
         return heightmap
 
     @classmethod
-    def _of_raster(
+    def of_raster(
         cls,
         raster: Raster,
         reading: Reading,
         spacing_m: float | Spacing | None,
         progress: Callable[[float], None] | None = None,
+        path: str | None = None,
     ) -> Heightmap:
+        """A map from an open raster, which this reads to its end; `path` is the file that `open` reads again."""
         check_size(*raster.shape[:2], raster.name)
         known_m = spacing_m if spacing_m is not None else raster.spacing_m
         spacing = _spacing(1.0 if known_m is None else known_m)
@@ -225,29 +223,19 @@ class Heightmap:
             marks, words = undeclared_voids(heights, scales)
             heights = without(heights, marks)
             notes = notes + words
-        if not reading.is_told:
-
-            def whole(rows: slice, cols: slice) -> np.ndarray:
-                return heights[rows, cols]
-
-            sample = partial(sample_of, whole, heights.shape, len(heights))
-            guessed = guess(raster, sample, None if known_m is None else spacing)
-            spacing = guessed.spacing_m
-            if guessed.scale != 1:  # the product is rounded to float32 once
-                np.multiply(heights, guessed.scale, out=heights, dtype=np.float64, casting="same_kind")
-            scales = (scales[0] * guessed.scale, scales[1])
-            notes = notes + (
-                guessed.notes
-                or contradictions(whole, heights.shape, spacing, None if reading.is_packed else scales[0], raster)
-            )
-        heightmap = cls(heights, spacing, raster.name)
+        shape = raster.shape[:2]
+        guessed = guess(lambda *at: heights[at], shape, shape[0], raster, reading, None if known_m is None else spacing)
+        if guessed.scale != 1:  # the product is rounded to float32 once
+            np.multiply(heights, guessed.scale, out=heights, dtype=np.float64, casting="same_kind")
+        heightmap = cls(heights, guessed.spacing_m, raster.name)
+        heightmap.opened = None if path is None else {"path": path, "spacing_m": spacing_m} | asdict(reading)
         heightmap.values = raster.meaning.words
         heightmap.assumes_spacing = known_m is None
         heightmap.of_earth = heightmap.of_earth or reading.is_told or raster.georeference is not None
+        heightmap.scales = (scales[0] * guessed.scale, scales[1])
+        heightmap.notes = notes + guessed.notes
         if not heightmap.of_earth:
-            notes = notes + not_of_the_earth(heightmap.range_m)
-        heightmap.scales = scales
-        heightmap.notes = notes
+            heightmap.notes += not_of_the_earth(heightmap.range_m)
         heightmap.georeference = raster.georeference
         return heightmap
 

@@ -6,7 +6,7 @@ import pytest
 from test_kinds import COLS, METRES, ROWS, image, raster, terrarium
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.files.huge import sample
+from terrain_gl.files.maps import sample
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.readers import Reading
 from terrain_gl.readers.windows import open_windows

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_kinds import COLS, METRES, ROWS, image, raster
 
-from terrain_gl.files.huge import sample
+from terrain_gl.files.maps import sample
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.readers import Reading
 from terrain_gl.readers.windows import open_windows

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..files.export import FORMATS, files_beside, land_mesh, mesh_format, with_whole_rim, write_mesh
-from ..files.huge import is_huge
+from ..files.maps import is_huge
 from ..files.mesh_formats import PRINT_MM, Mesh
 from ..files.whole import whole_mesh
 from ..heightmap import Heightmap

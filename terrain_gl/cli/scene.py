@@ -10,7 +10,6 @@ from ..basics.exceptions import UsageError
 from ..basics.steps import drain
 from ..camera import Camera, Vector
 from ..files import maps
-from ..files.huge import is_huge, sample
 from ..files.views import depth_below_ground, drawn_near, look_at, stand_at, standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..light.lighting import check_room
@@ -74,10 +73,11 @@ def open_scene_or_sample(
 
     With a sample comes a text that says how to draw the whole raster; else the text is empty.
     """
-    if not is_huge(asked.map.name, asked.map.reading) or (not asked.store.no_cache and cache.is_possible()):
+    may_build = not asked.store.no_cache and cache.is_possible()
+    if may_build or not maps.is_huge(asked.map.name, asked.map.reading):
         return open_scene(asked, progress), ""
     stores.check_no_edits(asked)
-    coarse, offer = sample(*asked.map.source)
+    coarse, offer = maps.sample(*asked.map.source)
     report.note(offer)
     report.notes_of(coarse)
     return scene_over(asked, coarse), offer

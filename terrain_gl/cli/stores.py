@@ -13,11 +13,11 @@ from typing import Any
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.limits import is_too_large
 from ..files.edits import read_edits
-from ..files.huge import posts_of, sample
-from ..files.maps import BundledMap, open_map
+from ..files.maps import BundledMap, open_map, posts_of, sample
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
+from ..readers import open_raster
 from ..renderer import Renderer
 from ..renderer.options import FrameOptions
 from ..store import StoredMap, cache, is_store
@@ -50,8 +50,10 @@ def opened(asked: DrawOptions, progress: Callable[[float], None] | None = None) 
     if is_store(asked.map.name):
         return _given(asked), None
     check_no_edits(asked)
-    stored = of_raster(asked, progress)
-    heightmap, known = (stored, None) if stored else open_map(*asked.map.source, progress)
+    may_pay = not asked.store.no_cache and os.path.isfile(asked.map.name)
+    raster = open_raster(asked.map.name, asked.map.reading) if may_pay else None
+    stored = _of_raster(asked, raster.shape[:2], progress) if raster else None
+    heightmap, known = (stored, None) if stored else open_map(*asked.map.source, progress, raster)
     report.notes_of(heightmap)
     return heightmap, known
 
@@ -87,12 +89,14 @@ def _given(asked: DrawOptions) -> PagedMap:
     return edited
 
 
-def of_raster(asked: DrawOptions, show: Callable[[float], None] | None = None) -> StoredMap | None:
+def _of_raster(
+    asked: DrawOptions, posts: tuple[int, int], show: Callable[[float], None] | None = None
+) -> StoredMap | None:
     """The store of a large raster, made at first use; None if the raster is to be held in memory."""
-    if not _pays(asked):
+    if not _pays(asked, posts):
         return None
     name, reading, spacing_m = asked.map.source
-    rows, cols = posts_of(name, reading)
+    rows, cols = posts
     fits = not is_too_large(rows, cols)
     size = f"{report.shown(name)}: {cols:,} x {rows:,} posts"
     lacks = _lacks(asked.frame)
@@ -121,7 +125,10 @@ def _limited(stored: StoredMap, limits: StoreOptions) -> StoredMap:
 
 def sample_meanwhile(asked: DrawOptions) -> Heightmap | None:
     """A coarse sample of a raster, to show while its store is made; None if no store must be made."""
-    if not _pays(asked) or _lacks(asked.frame) or not cache.is_possible() or cache.has(*asked.map.source):
+    if asked.store.no_cache or not os.path.isfile(asked.map.name):
+        return None
+    pays = _pays(asked, posts_of(asked.map.name, asked.map.reading))
+    if not pays or _lacks(asked.frame) or not cache.is_possible() or cache.has(*asked.map.source):
         return None
     try:
         return sample(*asked.map.source)[0]
@@ -129,11 +136,9 @@ def sample_meanwhile(asked: DrawOptions) -> Heightmap | None:
         return None
 
 
-def _pays(asked: DrawOptions) -> bool:
-    """Whether a map is a raster for which a store saves time, or is needed."""
-    if asked.store.no_cache or not os.path.isfile(asked.map.name):
-        return False
-    rows, cols = posts_of(asked.map.name, asked.map.reading)
+def _pays(asked: DrawOptions, posts: tuple[int, int]) -> bool:
+    """Whether a store of a raster of so many posts saves time, or is needed."""
+    rows, cols = posts
     return rows * cols >= asked.store.pays_times * cache.PAYS_POSTS or is_too_large(rows, cols)
 
 

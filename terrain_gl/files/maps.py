@@ -1,19 +1,23 @@
-"""The bundled heightmaps, by name. Each map has its scales and its first view."""
+"""Maps by name: the bundled heightmaps, each with its scales and its first view; files; and samples of large files."""
 
 import filecmp
 import json
+import math
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 from ..basics.exceptions import TerrainError
+from ..basics.limits import is_too_large, store_command
 from ..basics.resources import folder
 from ..camera import Camera, Vector
 from ..heightmap import Heightmap
-from ..readers import Reading, files_of
-from ..readers.raster import Spacing
+from ..readers import Raster, Reading, files_of, open_raster
+from ..readers.raster import Spacing, both
+from ..readers.windows import RasterFile
 
+LONGEST = 1025  # posts along the longer side of a sample
 SCALES = ("spacing_m", "z_scale", "z_offset_m")
 
 
@@ -81,6 +85,7 @@ def open_map(
     reading: Reading | None = None,
     spacing_m: float | Spacing | None = None,
     progress: Callable[[float], None] | None = None,
+    raster: Raster | None = None,
 ) -> tuple[Heightmap, BundledMap | None]:
     """Open a bundled map or a file. The second result is the bundled map; None for a file, or if options set scales.
 
@@ -88,13 +93,16 @@ def open_map(
     ----------
     reading, spacing_m, progress
         As for `Heightmap.open`. A bundled map has its own scales, unless they are given.
+    raster
+        The file, if it is open already.
     """
     known = find_bundled(name_or_path)
     reading = reading or Reading()
     is_told = reading.is_told or spacing_m is not None
     if known:
         reading, spacing_m = known.read_as(reading), known.spacing_m if spacing_m is None else spacing_m
-    heightmap = Heightmap.open(known.path if known else name_or_path, spacing_m, progress=progress, **asdict(reading))
+    path = known.path if known else name_or_path
+    heightmap = Heightmap.of_raster(raster or open_raster(path, reading), reading, spacing_m, progress, path)
     if known:
         heightmap.name = known.name
         heightmap.look = known.look
@@ -106,3 +114,47 @@ def _same_file(known: str, path: str) -> bool:
         return os.path.isfile(path) and filecmp.cmp(known, path, shallow=False)
     except OSError:  # unreadable: the reader reports it
         return False
+
+
+# --- Large files ------------------------------------------------------------------------------------------------------
+
+
+def is_huge(path: str | os.PathLike[str], reading: Reading) -> bool:
+    """Whether a file has more posts than a map in memory may have; False if the path is not a file."""
+    return os.path.isfile(path) and is_too_large(*posts_of(path, reading))
+
+
+def posts_of(path: str | os.PathLike[str], reading: Reading) -> tuple[int, int]:
+    """Rows and columns of a file."""
+    raster = open_raster(path, reading)
+    raster.blocks.close()
+    return raster.shape[:2]
+
+
+def sample(
+    path: str | os.PathLike[str], reading: Reading, spacing_m: float | Spacing | None = None
+) -> tuple[Heightmap, str]:
+    """A coarse sample of a large raster, and one line that offers a store.
+
+    `spacing_m` replaces the spacing in the file. `TerrainError` if GDAL, which alone can read a part of such a file,
+    does not open it.
+    """
+    file = RasterFile(os.fspath(path), reading)
+    file.voids_m = file.find_voids()
+    rows, cols = file.shape
+    if is_too_large(rows, cols):
+        file.compare_with_the_earth(reading)
+    else:
+        file.guess(spacing_m)  # this reads the whole file
+    size = f"{file.name}: has {cols:,} x {rows:,} posts"
+    step = math.ceil(max(rows, cols) / LONGEST)
+    heights = file.sample((math.ceil(rows / step), math.ceil(cols / step)))
+    if heights is None:
+        raise TerrainError(f"{size}, too many to be held in memory: make a store of it with {store_command(file.name)}")
+    east, north = both(spacing_m or file.spacing_m or 1.0)
+    few_rows, few_cols = heights.shape  # the sample reaches as far as the raster
+    few = Heightmap(heights, (east * (cols - 1) / (few_cols - 1), north * (rows - 1) / (few_rows - 1)), file.name)
+    few.georeference = file.georeference and file.georeference.resampled(few.cols, few.rows)
+    few.notes = file.reading.unanswered(file.notes, spacing_m)
+    few.values = file.values
+    return few, f"{size}; this is a coarse sample, without a certified bound. For all posts: {store_command(file.name)}"

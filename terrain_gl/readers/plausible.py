@@ -14,6 +14,7 @@ import numpy as np
 
 from terrain_gl.readers.raster import Raster, Spacing
 from terrain_gl.readers.units import EARTH_M, FOOT_M, NAMES
+from terrain_gl.readers.values import Reading
 
 HIGHEST_RELIEF_M = 20_000.0  # about the height of Everest above the deepest sea floor
 USUAL_RELIEF_M = 3000.0
@@ -40,6 +41,8 @@ _BITS = (15, 16, 31, 32)  # not 8: an ordinary 8-bit map may have 0 and 255 as h
 # the ends of integer types and their neighbours, which programs use as marks of voids
 _ENDS = {sign * 2**bits + off for bits in _BITS for sign in (-1, 1) for off in (-2, -1, 0, 1)}
 
+Read = Callable[[slice, slice], np.ndarray]  # heights of rows and columns
+
 
 class Guess(NamedTuple):
     """Metres per unit of value, metres between posts, and notes for the user on what was guessed."""
@@ -60,7 +63,7 @@ class Sample(NamedTuple):
     south: np.ndarray
 
 
-def sample_of(read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int], strip: int) -> Sample:
+def sample_of(read: Read, shape: tuple[int, int], strip: int) -> Sample:
     """Sample a map that is read in blocks of `strip` rows."""
     rows, cols = shape
     step = max(1, -(-max(shape) // _SAMPLES))
@@ -79,14 +82,22 @@ def sample_of(read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int]
     return Sample(shape, *ends, *(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
-def guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | None) -> Guess:
-    """Guess the scale of a file that gives none, and the spacing if it is None.
+def guess(
+    read: Read, shape: tuple[int, int], strip: int, raster: Raster, reading: Reading, spacing_m: Spacing | None
+) -> Guess:
+    """A scale for a file that gives none, and a spacing if it is None; with notes, also on heights that cannot be true.
 
-    Parameters
-    ----------
-    sample
-        Function that samples the stored values. It is called only if a guess may be needed.
+    A scale or an offset that the caller gives is believed. The map is read only where it must be: in blocks of `strip`
+    rows for a guess, else in some windows.
     """
+    if reading.is_told:
+        return Guess(1.0, spacing_m or (1.0, 1.0), ())
+    guessed = _guess(raster, lambda: sample_of(read, shape, strip), spacing_m)
+    told = () if guessed.notes else contradictions(read, shape, guessed.spacing_m, raster, reading)
+    return guessed._replace(notes=guessed.notes + told)
+
+
+def _guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | None) -> Guess:
     known = Guess(1.0, spacing_m or (1.0, 1.0), ())
     is_bare = raster.dtype.newbyteorder("=") == np.uint16 and (raster.scale, raster.offset_m) == (1.0, 0.0)
     if not is_bare and spacing_m:
@@ -161,18 +172,11 @@ def _one_digit(value: float) -> float:
 
 
 def contradictions(
-    read: Callable[[slice, slice], np.ndarray],
-    shape: tuple[int, int],
-    spacing_m: Spacing,
-    scale: float | None,
-    raster: Raster,
+    read: Read, shape: tuple[int, int], spacing_m: Spacing, raster: Raster, reading: Reading
 ) -> tuple[str, ...]:
-    """Notes if the heights of a map with a place on the Earth cannot be metres up.
-
-    Only `_WINDOWS`² windows are read, by a function of rows and columns. `scale` is metres per unit of value; None
-    for heights that are packed in colours.
-    """
+    """Notes if the heights of a map with a place on the Earth cannot be metres up. `_WINDOWS`² windows are read."""
     meaning = raster.meaning
+    scale = None if reading.is_packed else reading.scales(raster)[0]
     is_asked = any("--z-scale" in note for note in meaning.notes)
     if is_asked or raster.georeference is None or not _is_of_earth(raster.georeference.crs):
         return ()

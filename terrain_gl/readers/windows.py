@@ -9,7 +9,6 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -62,9 +61,7 @@ class WindowedRaster:
     def compare_with_the_earth(self, reading: Reading = AS_STORED) -> None:
         """Add notes if the heights of some windows contradict what we take them for."""
         if not reading.is_told:
-            scale = None if reading.is_packed else reading.scales(self._raster)[0]
-            found = contradictions(self.read, self.shape, both(self.spacing_m or 1.0), scale, self._raster)
-            self.notes = self.notes + found
+            self.notes += contradictions(self.read, self.shape, both(self.spacing_m or 1.0), self._raster, reading)
 
 
 def open_windows(
@@ -88,11 +85,14 @@ def open_windows(
             progress(len(files) / len(paths))
     for file in files:
         file.voids_m = tuple(sorted(marks))
+    windows: WindowedRaster
     if len(files) == 1:
+        windows = files[0]
         files[0].guess(spacing_m)
-    windows = files[0] if len(files) == 1 else Mosaic(files)
+    else:
+        windows = Mosaic(files)
+        windows.compare_with_the_earth(reading)
     windows.notes = reading.unanswered(windows.notes, spacing_m)
-    windows.compare_with_the_earth(files[0].reading)
     return windows
 
 
@@ -177,15 +177,15 @@ class RasterFile(WindowedRaster):
         return marks
 
     def guess(self, spacing_m: float | Spacing | None = None) -> None:
-        """Guess a scale if the values cannot be metres, and a spacing if none is known; add notes on both."""
+        """Guess a scale if the values cannot be metres, and a spacing if none is known; add notes on the heights."""
         if self.reading.is_told:
             return
         known_m = self.spacing_m if spacing_m is None else both(spacing_m)
-        found = guess(self._raster, partial(sample_of, self.read, self.shape, self._strip), known_m)
+        found = guess(self.read, self.shape, self._strip, self._raster, self.reading, known_m)
         if found.scale != 1:
             self.reading = replace(self.reading, z_scale=found.scale, z_offset_m=0.0)
         self.spacing_m = found.spacing_m
-        self.notes = self.notes + found.notes
+        self.notes += found.notes
 
     @property
     def _strip(self) -> int:

@@ -17,8 +17,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..camera import Camera
-from ..files.huge import is_huge, posts_of, sample
-from ..files.maps import open_map
+from ..files.maps import is_huge, open_map, posts_of, sample
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..readers import Reading, has_windows
