@@ -329,6 +329,10 @@ class Heightmap:
         heights = bilinear(self.heights, east.ravel() / spacing_m[0], self.rows - 1 - north.ravel() / spacing_m[1])
         return heights.reshape(east.shape)[()]
 
+    def bend_per_m(self, curvature: str, refraction: float) -> float:
+        """1 / 2R, with the radius in effect, for one of `sight.CURVATURES`; 0 if the map is drawn flat."""
+        return bend_per_m(self.georeference, max(self.extent_m), curvature, refraction)
+
     def sees(self, a: ArrayLike, b: ArrayLike, curvature: str = "auto", refraction: float = 0.0) -> Sight:
         """Whether places see each other over the land, and which place hides the rest. It is exact on the true surface.
 
@@ -349,7 +353,7 @@ class Heightmap:
         UsageError
             Places that are no finite numbers, or an option outside its range.
         """
-        bend = bend_per_m(self.georeference, max(self.extent_m), curvature, refraction)
+        bend = self.bend_per_m(curvature, refraction)
         return lines_of_sight(self.heights, self.ground_spacing_m, a, b, bend)
 
     def viewshed(
@@ -372,7 +376,7 @@ class Heightmap:
         posts = np.stack([col * spacing_m[0], (self.rows - 1 - row) * spacing_m[1], heights + above_m], -1)
         known = np.isfinite(heights)
         seen = np.zeros(known.shape, bool)
-        bend = bend_per_m(self.georeference, max(self.extent_m), curvature, refraction)
+        bend = self.bend_per_m(curvature, refraction)
         seen[known] = seen_from(heights, spacing_m, a, posts[known], bend)
         return seen
 

@@ -1,7 +1,7 @@
 """Lines of sight over the truth: whether one place sees another, and which place hides it. Plain numpy.
 
 The sight line from a to b is straight. The land under it is drawn lower, because the Earth is round: by the drop of
-`camera.curvature`, with a as the eye. In each cell that the line crosses, the height of the line over the land is a
+`Camera.bend_per_m`, with a as the eye. In each cell that the line crosses, the height of the line over the land is a
 parabola: the land is bilinear, and the drop is a plane within a cell. So its smallest value is at one of two ends, or
 at the parabola's top. b is seen if no cell has a value below 0.
 

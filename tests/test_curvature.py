@@ -15,7 +15,6 @@ from test_measure import check_bound
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera, boxes_in_picture, screen_shift_px
-from terrain_gl.camera.curvature import bend_per_m, drop_between_m
 from terrain_gl.camera.view import ViewBlock
 from terrain_gl.gpu.layout import PLACES
 from terrain_gl.heightmap import Heightmap
@@ -90,7 +89,7 @@ def test_the_shaders_drop_and_sag_are_the_references(ctx):
     cols, rows = (posts[inner] + part).T
     between = reference.bilinear_heights(expected, cols, rows)
     assert told[inner, 2] == pytest.approx(between, rel=1e-5)
-    assert drop_between_m(camera, heightmap, cols, rows) == pytest.approx(between, rel=1e-12)
+    assert camera.drop_between_m(heightmap, cols, rows) == pytest.approx(between, rel=1e-12)
     view.release()
     scene.release()
 
@@ -179,7 +178,7 @@ def test_measuring_leaves_nothing_out(seed):
     east, north = heightmap.spacing_m
     truth = truth_m(heightmap, (0, 0, cols, rows)).ravel()
     place = np.stack([col * east, (heightmap.rows - 1 - row) * north, truth], -1)
-    lower = drop_between_m(camera, heightmap, col, row) - camera.drop_m(place[:, 0], place[:, 1])
+    lower = camera.drop_between_m(heightmap, col, row) - camera.drop_m(place[:, 0], place[:, 1])
     known = np.isfinite(truth)
     place[:, 2] -= lower
     _, seen = screen_shift_px(camera, (64, 36), place[known], np.zeros(known.sum()), 1.0)
@@ -290,7 +289,7 @@ def placed(spacing_m, crs):
     ],
 )
 def test_the_rule_by_which_the_earth_is_round(heightmap, mode, radius_m):
-    assert bend_per_m(heightmap, mode, 0.0) == (pytest.approx(1 / (2 * radius_m)) if radius_m else 0.0)
+    assert heightmap.bend_per_m(mode, 0.0) == (pytest.approx(1 / (2 * radius_m)) if radius_m else 0.0)
 
 
 @pytest.mark.parametrize("options", [{"curvature": "yes"}, {"refraction": 1.0}, {"refraction": -0.1}])

@@ -2,7 +2,6 @@
 
 camera      eye, target and field of view; positions and errors on the screen
 lens        what its picture shows, if that is no symmetric field of view
-curvature   the Earth is round: far land lies lower
 pieces      a large picture is drawn part by part
 view        the camera of a frame on the GPU
 """

@@ -40,8 +40,8 @@ class Camera:
     up
         The direction that points up in the picture; by default z, and north when the camera looks straight down or up.
     bend_per_m
-        Curvature of the ground: at the distance r it is drawn ``bend_per_m · r²`` lower. `Renderer` sets this value
-        from the options `curvature` and `refraction`.
+        Curvature of the ground: at the distance r it is drawn ``bend_per_m · r²`` lower, and between posts it is
+        bilinear, like the heights. `Renderer` sets this value by `Heightmap.bend_per_m`.
     lens
         What the picture shows, if that is not the symmetric field of view `fov_deg`.
 
@@ -299,6 +299,14 @@ class Camera:
     def drop_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """How much lower posts at these world places are drawn, because the Earth is round."""
         return self.bend_per_m * (np.square(x - self.eye[0]) + np.square(y - self.eye[1]))
+
+    def drop_between_m(self, heightmap: Heightmap, cols: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """The drop at places between posts, given as fractional columns and rows: bilinear, like the heights."""
+        east, north = heightmap.spacing_m
+        bulge = sum(
+            np.square(step) * (part := at - np.floor(at)) * (1 - part) for step, at in ((east, cols), (north, rows))
+        )
+        return self.drop_m(cols * east, (heightmap.rows - 1 - rows) * north) + self.bend_per_m * bulge
 
     def lowered(self, points: np.ndarray) -> np.ndarray:
         """World points (n, 3) as they are drawn: lower by their drop."""

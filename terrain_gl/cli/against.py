@@ -18,7 +18,6 @@ from ..shade.picture import UNLIT
 from ..verify.explain import Explanation
 from ..viewer.explain_text import bound_px, plain, title
 from . import diff, report
-from .outputs import check_writable
 from .records import OutputOptions
 from .scene import CommandScene
 
@@ -45,7 +44,7 @@ def golden_of(asked: GoldenOptions, output: OutputOptions, size: tuple[int, int]
     outputs = output.path, output.json, difference_name(output.path)
     if os.path.realpath(golden) in {os.path.realpath(path) for path in outputs if path}:
         raise UsageError(f"{report.shown(golden)}: is compared with: name another file for the output")
-    check_writable(*outputs)
+    report.check_writable(*outputs)
     pixels = read_image(golden)
     if pixels.dtype != np.uint8 or pixels.shape[2] < 3:
         raise TerrainError(f"{report.shown(golden)}: is not an 8-bit picture in colour, as shot draws them")

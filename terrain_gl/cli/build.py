@@ -9,7 +9,6 @@ from ..files import maps
 from ..store import build, check
 from ..store.format import mending
 from . import options, report, values
-from .outputs import check_writable, refuse_inputs
 from .records import MapOptions
 
 
@@ -57,7 +56,7 @@ def add(commands: Any) -> None:
 
 def run(asked: BuildOptions) -> int:
     """Run the command."""
-    check_writable(asked.json)
+    report.check_writable(asked.json)
     if asked.check is not None:
         return _check(asked, asked.check)
     if not asked.maps or asked.path is None:
@@ -65,7 +64,7 @@ def run(asked: BuildOptions) -> int:
     known = [None if os.path.exists(name) else maps.find_bundled(name) for name in asked.maps]
     paths = [each.path if each else name for name, each in zip(asked.maps, known, strict=True)]
     first = next(filter(None, known), None)
-    refuse_inputs((asked.path,), paths)
+    report.refuse_inputs((asked.path,), paths)
     spacing_m = asked.map.spacing_m or (first.spacing_m if first else None)
     reading = first.read_as(asked.map.reading) if first else asked.map.reading
     how_built = asked.fill, asked.workers, asked.scheduler

@@ -7,7 +7,6 @@ from typing import Any
 
 from ..store import cache
 from . import options, report, values
-from .outputs import check_writable
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ def add(commands: Any) -> None:
 
 def run(asked: CacheOptions) -> int:
     """Run the command."""
-    check_writable(asked.json)
+    report.check_writable(asked.json)
     if asked.limit is not None:
         cache.set_limit(int(asked.limit * 2**30))
     if asked.clear:

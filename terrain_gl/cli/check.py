@@ -16,7 +16,6 @@ from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..image import write_image
 from . import options, report, stores, values
-from .outputs import check_outputs
 from .records import CameraOptions, MapOptions
 from .scene import camera_of
 
@@ -68,7 +67,7 @@ def add(commands: Any) -> None:
 
 def run(asked: CheckOptions) -> int:
     """Run the command."""
-    check_outputs((asked.path, asked.json), [asked.mesh, *files_read(asked.map.name)])
+    report.check_outputs((asked.path, asked.json), [asked.mesh, *files_read(asked.map.name)])
     heightmap = stores.open_posts(asked.map)
     if is_tileset(asked.mesh):
         return _check_tiles(asked, heightmap)

@@ -6,7 +6,6 @@ from typing import Any
 from ..basics.exceptions import UsageError
 from ..comparison.difference import EXACT, Difference, Tolerance, differ_files
 from . import options, report, values
-from .outputs import check_outputs
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ def add_tolerance(command: Any) -> None:
 def run(asked: DiffOptions) -> int:
     """Run the command."""
     check_name(asked.path)
-    check_outputs((asked.path, asked.json), (asked.expected, asked.seen))
+    report.check_outputs((asked.path, asked.json), (asked.expected, asked.seen))
     found = differ_files(asked.expected, asked.seen, asked.allowed, asked.path)
     report.write_json(asked.json, {"expected": asked.expected, "seen": asked.seen} | found.record())
     report.say(asked.json, text(found))

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 from ..basics.words import UNITS, metres
 from ..camera import Camera
-from ..camera.curvature import bend_per_m
 from ..files.views import depth_below_ground
 from ..heightmap import Heightmap
 from ..light.climate import AUTO
@@ -73,7 +72,7 @@ def _without_effect(asked: DrawOptions, scene: CommandScene) -> Iterator[str]:
         yield "--voids hole: without effect, because the map has no voids"
     if frame.exaggeration != 1 and low_m == high_m:
         yield "--exaggeration: without effect, because all heights are equal"
-    if frame.refraction and not bend_per_m(heightmap, frame.curvature, frame.refraction):
+    if frame.refraction and not heightmap.bend_per_m(frame.curvature, frame.refraction):
         yield "--refraction: without effect, because the map is drawn flat: give --curvature on"
     light = asked.light
     if light.longitude is not None and (light.time is None or light.time.tzinfo is None):

@@ -11,7 +11,6 @@ from ..files.writers import FORMATS, format_of
 from ..gpu.context import backend_name, create_context
 from ..gpu.selftest import check_driver
 from . import options, report, values
-from .outputs import check_writable
 from .records import OutputOptions
 
 
@@ -64,7 +63,7 @@ def run(asked: GenerateOptions) -> int:
     path, told = asked.output.path, asked.output.json
     land = Land(*asked.size, asked.seed, asked.cliffs, asked.octaves, asked.relief, asked.spacing, asked.recipe)
     suffix = format_of(path)
-    check_writable(path, told)
+    report.check_writable(path, told)
     about = make(land, path, asked.output.backend) | {"open_with": open_options(land, suffix)}
     report.write_json(told, about)
     report.say(told, f"{report.shown(path)}: {summary(about)}")

@@ -13,7 +13,6 @@ from ..heightmap import Heightmap
 from ..readers.place import Place, degrees
 from ..store import StoredMap, is_store
 from . import options, report
-from .outputs import check_outputs
 from .records import MapOptions
 
 _LIMITS = ("texture_size", "viewport_size", "tess_level", "samples", "storage_block_bytes")
@@ -46,7 +45,7 @@ def add(commands: Any) -> None:
 
 def run(asked: InfoOptions) -> int:
     """Run the command."""
-    check_outputs([asked.json], () if asked.name is None else files_read(asked.name))
+    report.check_outputs([asked.json], () if asked.name is None else files_read(asked.name))
     about_map = None if asked.name is None else _about(asked.map)
     probes = probe_backends()
     found = {"version": __version__, "backends": [probe._asdict() for probe in probes], "limits": limits()}

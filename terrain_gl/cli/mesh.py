@@ -19,7 +19,6 @@ from ..renderer.options import RenderOptions
 from ..renderer.plan import LONGEST_PX, plan
 from ..shade.picture import UNLIT
 from . import options, report, stores, values
-from .outputs import check_writable
 from .records import DrawOptions
 from .scene import CommandScene, make_renderer, open_scene
 
@@ -104,7 +103,7 @@ def run(asked: MeshOptions) -> int:
     if asked.base_m is not None and (Path(path).suffix.lower() != ".stl" or asked.has_view):
         raise UsageError("--base-m is for the solid of a whole map, an .stl without a camera")
     if asked.texture_px:
-        check_writable(*map(str, files_beside(path)))
+        report.check_writable(*map(str, files_beside(path)))
     mesh, stats = _captured(asked) if asked.has_view or asked.between else _of_posts(asked)
     about = stats | {"vertices": len(mesh.posts)}
     with report.json_output(told, about), report.progress_bar("writing") as progress:

@@ -18,7 +18,6 @@ from ..renderer import Renderer
 from ..renderer.options import FrameOptions
 from ..store import cache
 from . import overlays, report, stores
-from .outputs import check_outputs
 from .records import CameraOptions, DrawOptions, SunOptions
 
 
@@ -53,7 +52,7 @@ def open_scene(asked: DrawOptions, progress: Callable[[float], None] | None = No
     A bundled map brings default scales, view and sun. For other maps, `files.views` computes a default view and sun.
     """
     output = asked.output
-    check_outputs(
+    report.check_outputs(
         (output.path, output.json, output.facts_beside(output.path)), [*maps.files_read(asked.map.name), *asked.files]
     )
     if asked.light.time is None and asked.light.latitude is not None:

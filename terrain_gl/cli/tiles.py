@@ -6,7 +6,6 @@ from typing import Any
 from ..files.maps import files_read
 from ..files.tiling import Tiling, write_tiles
 from . import options, report, stores, values
-from .outputs import check_writable, refuse_inputs
 from .records import MapOptions
 
 _RELIEF_SHARE = 1e-3  # default error of the finest tiles, as a part of the map's relief
@@ -47,8 +46,8 @@ def add(commands: Any) -> None:
 
 def run(asked: TilesOptions) -> int:
     """Run the command."""
-    check_writable(asked.json)
-    refuse_inputs((asked.path, asked.json), files_read(asked.map.name))
+    report.check_writable(asked.json)
+    report.refuse_inputs((asked.path, asked.json), files_read(asked.map.name))
     heightmap = stores.open_posts(asked.map)
     place = heightmap.place
     is_local = asked.local or place is None or place.crs is None

@@ -11,7 +11,6 @@ from ..files.maps import bundled, files_read, find_bundled
 from ..renderer.options import FrameOptions, RenderOptions
 from . import options, overlays, report, stores, values
 from .line import command_line
-from .outputs import check_outputs
 from .records import DrawOptions
 from .scene import open_scene_or_sample, scene_over
 
@@ -69,7 +68,7 @@ def run(asked: ViewOptions) -> int:
         raise UsageError(f"--backend {backend}: a window is made by one of {', '.join(BACKENDS)}")
     name = asked.map.name
     drawn = overlays.with_ground(asked)
-    check_outputs([asked.output.json], [*files_read(name), *asked.files])
+    report.check_outputs([asked.output.json], [*files_read(name), *asked.files])
     known = find_bundled(name)
     from .. import viewer  # imported here, because other commands need no window
 

@@ -10,7 +10,6 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..basics.limits import is_too_large
 from ..camera import Camera
 from ..camera.camera import screen_shift_px
-from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..verify.check import Measure, MeshError, check_mesh
 from ..verify.seams import Seams, find_seams, is_closed
@@ -100,7 +99,7 @@ def check(
         raise TerrainError(f"{heightmap.name}: the mesh lies beside the map: give its place with --origin, or --unit")
     in_px = None
     if camera:
-        seen = replace(camera, bend_per_m=bend_per_m(heightmap, "auto", 0.0))
+        seen = replace(camera, bend_per_m=heightmap.bend_per_m("auto", 0.0))
         in_px = check_mesh(heights, posts, places[:, 2], used, _pixels(seen, heightmap, size))
     return Checked(error, seams, len(faces), 0 if is_solid else int((turn > 0).sum()), int((turn == 0).sum()), in_px)
 

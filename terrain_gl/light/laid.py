@@ -156,7 +156,8 @@ def look_into(path: str, asked: Range | None, is_picture: bool) -> tuple[bool, t
 
     There are no notes on values unless it `is_picture` all the same, nor on a file that its reader will refuse.
     """
-    has_values, notes = False, ()
+    has_values = False
+    notes: tuple[str, ...] = ()
     with suppress(TerrainError, *(gdal_failures() if has_rasterio() else ())):
         name = check_input(path, "name a picture")
         with _placed(path, name) as picture:

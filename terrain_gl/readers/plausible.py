@@ -117,7 +117,7 @@ def _plausible_scale(sample: Sample, spacing_m: Spacing) -> Guess:
     low, high = sample.low, sample.high
     extent_m = max((n - 1) * step for n, step in zip(sample.shape, spacing_m[::-1], strict=True))
     scale = min(USUAL_RELIEF * extent_m, USUAL_RELIEF_M) / (high - low)
-    steep = _steep_slope(*sample[3:], spacing_m)
+    steep = _steep_slope(spacing_m, *sample[3:])
     scale = _one_digit(min(scale, BOLD_SLOPE / steep) if steep > 0 else scale)
     cannot = f"values {low:g} to {high:g} over {extent_m / 1000:.3g} km cannot be metres"
     return Guess(scale, spacing_m, (f"{cannot}: --z-scale {scale:g} is chosen; give --z-scale and --spacing",))
@@ -130,7 +130,7 @@ def plausible_spacing(sample: Sample) -> Guess:
     low, high = sample.low, sample.high
     if side < LEAST_SIDE - 1 or not 0 < high - low <= HIGHEST_RELIEF_M:
         return one_metre
-    steep = _steep_slope(*sample[3:], (1.0, 1.0))
+    steep = _steep_slope((1.0, 1.0), *sample[3:])
     if high - low <= STEEPEST_RELIEF * side and steep <= STEEPEST_SLOPE:
         return one_metre
     usual_m = max(steep / USUAL_SLOPE, SPACINGS_M[0])
@@ -154,7 +154,7 @@ def not_of_the_earth(range_m: tuple[float, float]) -> tuple[str, ...]:
     return (f"{heights}: drawn in grey, without air; give --z-scale, or --look",)
 
 
-def _steep_slope(here: np.ndarray, east: np.ndarray, south: np.ndarray, spacing_m: Spacing) -> float:
+def _steep_slope(spacing_m: Spacing, here: np.ndarray, east: np.ndarray, south: np.ndarray) -> float:
     """The slope that a tenth of the land exceeds, from one post to the next; 0 for land that is void or flat."""
     with np.errstate(invalid="ignore"):
         slopes = np.hypot((east - here) / spacing_m[0], (south - here) / spacing_m[1])
@@ -188,7 +188,7 @@ def contradictions(
         return ()
     low, high, middle = float(heights.min()), float(heights.max()), float(np.median(heights))
     corners = np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1]  # posts, and their neighbours east and south
-    slope = _steep_slope(*(np.concatenate([each[at].ravel() for each in windows]) for at in corners), spacing_m)
+    slope = _steep_slope(spacing_m, *(np.concatenate([each[at].ravel() for each in windows]) for at in corners))
     most = STEEP if min(spacing_m) >= _SMOOTH_M else _STEEP_FINE
     is_outside = low < EARTH_M[0] or high > EARTH_M[1]
     notes: tuple[str, ...] = ()

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..camera import Camera
-from ..camera.curvature import radius_of
 from ..image import png_bytes
 from ..lod import Selection
 from ..mesh import captured_triangles
@@ -165,7 +164,7 @@ class DrawnFrame:
             "requested_max_error_px": None if options.method in BASELINES else options.max_error_px,
             "requested_triangles": options.triangles,
             "lambda": selection.price,
-            "curvature_radius_m": radius_of(self.camera.bend_per_m / options.exaggeration),
+            "curvature_radius_m": 1 / (2 * bend) if (bend := self.camera.bend_per_m / options.exaggeration) else None,
             "width": self.size[0],
             "height": self.size[1],
         } | ({} if selection.cracks is None else {"cracks": selection.cracks})

@@ -9,7 +9,6 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
-from ..camera.curvature import drop_between_m
 from ..gpu.session import in_session, steps_in_session
 from ..heightmap import Heightmap, bilinear
 from ..lod import METRES, Goal, RingsSelector, Selection
@@ -166,7 +165,7 @@ class Inspector:
             return float("nan")
         weight = weights[inside[0]] / weights[inside[0]].sum()
         cols, rows = np.vstack([triangles[inside[0]], post]).astype(np.float64).T
-        drop_m = drop_between_m(self._chosen().eye, self.heightmap, cols, rows)
+        drop_m = self._chosen().eye.drop_between_m(self.heightmap, cols, rows)
         sag_m = float(weight @ drop_m[:3] - drop_m[3])
         return float(weight @ heights_m[inside[0]].astype(np.float64)) - sag_m + self.terrain.base_m
 

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, Protocol, TypedDict
 from ..basics.exceptions import UsageError
 from ..basics.words import UNITS
 from ..camera import Camera
-from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..light.climate import AUTO, LOOKS
 from ..light.climate import NAMES as LOOK_NAMES
@@ -427,7 +426,7 @@ class FrameOptions:
 
         `heightmap` is the map without exaggeration.
         """
-        bend = bend_per_m(heightmap, self.curvature, self.refraction or 0.0)
+        bend = heightmap.bend_per_m(self.curvature, self.refraction or 0.0)
         if camera.is_orthographic:
             if self.curvature == "on":
                 raise UsageError(

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..camera import Camera
-from ..camera.curvature import drop_between_m
 from ..heightmap import Heightmap, bilinear
 
 # offsets up to a pixel from the middle, in steps of an eighth: samples are somewhere in this area
@@ -81,7 +80,7 @@ def _ray_meets_ground(
     start = np.array([0.0, heightmap.rows - 1.0]) + eye[:2] * to_posts
     step = ray[:2] * to_posts
     depth, x, y = _edges_crossed(start, step, heightmap, near_m)
-    above_m = eye[2] + depth * ray[2] + drop_between_m(camera, heightmap, x, y) - bilinear(heightmap.heights, x, y)
+    above_m = eye[2] + depth * ray[2] + camera.drop_between_m(heightmap, x, y) - bilinear(heightmap.heights, x, y)
     low, high = heightmap.range_m
     side = np.sign(above_m) * (np.abs(above_m) > np.minimum(slack * camera.w_at(depth), high - low))
     middle = (depth[1:] + depth[:-1]) / 2

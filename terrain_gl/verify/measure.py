@@ -16,7 +16,6 @@ import numpy as np
 
 from ..basics.steps import Steps, drain
 from ..camera import Camera, boxes_in_picture, in_picture, picture_planes, shift_px
-from ..camera.curvature import drop_between_m
 from ..gpu import gl
 from ..gpu.layout import PLACES
 from ..gpu.passes import Resource, State
@@ -328,7 +327,7 @@ def _drawn_range_m(heightmap: Heightmap, region: Region, camera: Camera) -> np.n
     """Lowest and highest height at which places of a region may be drawn, drops included."""
     x, y, width, height = region
     cols, rows = (np.array([first, first + n - 1]) / PLACES for first, n in ((x, width), (y, height)))
-    drop_m = drop_between_m(camera, heightmap, np.floor(cols) + [0, 1], np.floor(rows[:, None]) + [[0], [1]])
+    drop_m = camera.drop_between_m(heightmap, np.floor(cols) + [0, 1], np.floor(rows[:, None]) + [[0], [1]])
     return np.array(heightmap.range_m) - [drop_m.max(), 0.0]
 
 
@@ -395,5 +394,5 @@ def _from_camera(heightmap: Heightmap, region: Region, camera: Camera) -> list[n
     east = (x + np.arange(width)) * step[0] - camera.eye[0]
     north = ((last - y - np.arange(height)) * step[1] - camera.eye[1])[:, None]
     cols, rows = (x + np.arange(width)) / PLACES, (y + np.arange(height))[:, None] / PLACES
-    up = truth_m(heightmap, region) - drop_between_m(camera, heightmap, cols, rows) - camera.eye[2]
+    up = truth_m(heightmap, region) - camera.drop_between_m(heightmap, cols, rows) - camera.eye[2]
     return [axis[0] * east + axis[1] * north + axis[2] * up for axis in camera.axes]

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from ..camera import Camera
-from ..camera.curvature import drop_between_m
 from ..heightmap import Heightmap
 
 ROUNDING = 2.0**-24  # relative error of one float32 operation
@@ -73,7 +72,7 @@ def _largest_px(
 ) -> float:
     cols, rows = np.moveaxis(posts.astype(np.float64), -1, 0)
     east, north = heightmap.spacing_m
-    up = heights_m - drop_between_m(camera, heightmap, cols, rows)
+    up = heights_m - camera.drop_between_m(heightmap, cols, rows)
     corners = np.stack([cols * east, (heightmap.rows - 1 - rows) * north, up], -1) - camera.eye  # (n, 3, 3)
     x, y, depth = np.moveaxis(corners @ camera.axes.T, -1, 0)
     seen = (depth >= near_m).any(1)

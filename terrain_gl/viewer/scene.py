@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..camera import Camera
-from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..renderer.options import FrameOptions
@@ -152,7 +151,7 @@ class Scene:
             changes["chosen_for"] = self.for_renderer(self.frozen)
         sides = tuple(replace(self.drawable(side), **changes) for side in self.settings.sides)
         camera = self.controller.camera
-        self.controller.bend_per_m = bend_per_m(self.heightmap, sides[0].curvature, sides[0].refraction or 0.0)
+        self.controller.bend_per_m = self.heightmap.bend_per_m(sides[0].curvature, sides[0].refraction or 0.0)
         return FrameSpec(self.for_renderer(camera), size or self.window.size, sides, self.settings.divider)
 
     def for_renderer(self, camera: Camera) -> Camera:
