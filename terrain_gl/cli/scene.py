@@ -147,8 +147,8 @@ def camera_of(asked: CameraOptions, heightmap: Heightmap, start: Camera) -> Came
     if asked.stand:
         return stand_at(heightmap, camera, *asked.stand)
     if asked.at and not asked.eye:
-        moved = np.subtract(camera.target, start.target)
-        return drawn_near(heightmap, replace(camera, eye=tuple(np.add(start.eye, moved).tolist())))
+        eye = np.array(start.eye) + np.subtract(camera.target, start.target)
+        return drawn_near(heightmap, replace(camera, eye=tuple(eye.tolist())))
     return camera
 
 

@@ -10,22 +10,22 @@ for a mosaic, its sources beside or below it; nothing else.
 import contextlib
 import os
 import re
+from dataclasses import replace
 from functools import partial
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.basics.inputs import check_input, is_store
+from terrain_gl.basics.inputs import check_input
 from terrain_gl.readers.archives import encoding_of, open_gzip, open_text, open_zip
 from terrain_gl.readers.arrays import RAW_ENDINGS, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
 from terrain_gl.readers.local import VRT, sources_of
-from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
+from terrain_gl.readers.raster import Band, Blocks, Raster, Spacing, has_rasterio, number_of
 from terrain_gl.readers.refusals import step_for_folder
 from terrain_gl.readers.tiles import check_packed, placed_by_name
 from terrain_gl.readers.values import AS_STORED, Reading
-from terrain_gl.readers.values import AS_STORED, Reading
 
-__all__ = ["Raster", "Reading", "Spacing", "files_of", "has_windows", "open_raster", "state_of"]
+__all__ = ["Raster", "Reading", "Spacing", "files_of", "open_raster", "state_of"]
 
 _ZIP = b"PK\x03\x04"
 _GZIP = b"\x1f\x8b"
@@ -50,18 +50,6 @@ def open_raster(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> R
     if encoding := encoding_of(path, head):
         return open_text(path, name, encoding, partial(_unpacked, reading=reading))
     return _opened(path, name, head, reading)
-
-
-def has_windows(path: str | os.PathLike[str], reading: Reading = AS_STORED) -> bool:
-    """Whether GDAL reads windows of this file: not of archives, images, .npy, headerless files."""
-    path = os.fspath(path)
-    head = _first_bytes(path)
-    return (
-        has_rasterio()
-        and not head.startswith((_ZIP, _GZIP))
-        and not encoding_of(path, head)
-        and _kind(path, head, reading) == "gdal"
-    )
 
 
 def _unpacked(path: str, reading: Reading) -> Raster:
@@ -95,8 +83,6 @@ def state_of(path: str | os.PathLike[str]) -> list[tuple[str, int, int]]:
 
 def _first_bytes(path: str) -> bytes:
     """Read the bytes by which the kind of a regular file is recognised."""
-    if is_store(path):
-        raise TerrainError(f"{path}: is a store, not a file: open it with terrain_gl.store.StoredMap")
     if os.path.isdir(path):
         raise TerrainError(step_for_folder(path, os.fsencode(path).decode("utf-8", "replace")))
     name = check_input(path, "name a heightmap file")
@@ -114,7 +100,7 @@ def _first_bytes(path: str) -> bytes:
 def _opened(path: str, name: str, head: bytes, reading: Reading) -> Raster:
     if reading.is_packed:
         check_packed(name, head)
-    match _kind(path, head, reading):
+    match kind := _kind(path, head, reading):
         case "raw":
             raster = open_raw(path, name, reading.raw, reading.byte_order)
         case "hgt":
@@ -124,9 +110,24 @@ def _opened(path: str, name: str, head: bytes, reading: Reading) -> Raster:
         case "image":
             raster = open_oiio(path, name)
         case _:
-            return placed_by_name(open_gdal(path, name, reading.trusted, reading.band), path, reading.is_packed)
+            raster = open_gdal(path, name, reading.trusted, reading.band)
     raster = placed_by_name(raster, path, reading.is_packed)
-    return raster if reading.band is None else one_band(raster, reading.band)
+    return raster if reading.band is None or kind == "gdal" else _one_band(raster, reading.band)
+
+
+def _one_band(raster: Raster, band: Band) -> Raster:
+    """Keep one channel, by its number or its name, and the opacity; `TerrainError` if there is no such channel."""
+    names = raster.bands or ("",) * raster.colours
+    kept = number_of(band, names, raster.name) - 1
+    keep = [kept, raster.shape[2] - 1] if raster.has_alpha else [kept]
+    shape = (*raster.shape[:2], len(keep))
+    return replace(raster, shape=shape, blocks=_channels(raster.blocks, keep), bands=(names[kept],))
+
+
+def _channels(blocks: Blocks, keep: list[int]) -> Blocks:
+    with contextlib.closing(blocks):
+        for where, pixels in blocks:
+            yield where, pixels[..., keep]
 
 
 def _kind(path: str, head: bytes, reading: Reading) -> str:

@@ -116,7 +116,7 @@ def _unpacked(name: str, unpack: Callable[[str], str], opener: Opener) -> Raster
     ) as error:
         folder.cleanup()
         raise TerrainError(f"{name}: does not unpack ({one_line(error)}): unpack it first") from None
-    return replace(raster, name=name, blocks=read_within(folder, raster.blocks))
+    return replace(raster, name=name, blocks=read_within(folder, raster.blocks), has_windows=False)
 
 
 def _copy(packed: gzip.GzipFile | IO[bytes], path: str, name: str) -> None:

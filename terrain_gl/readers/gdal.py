@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -26,7 +26,6 @@ from terrain_gl.readers.raster import (
     Band,
     Blocks,
     Raster,
-    as_described,
     damaged,
     gdal_failures,
     has_rasterio,
@@ -67,7 +66,7 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
             data, of_layer = open_layer(path, name, trusted, band)
             bands = bands_of(data, name, of_layer)
             blocks = read_within(data, _gdal_blocks(data, name, bands, partial(environment, trusted)))
-            return _raster(data, name, bands, blocks)
+            return replace(_raster(data, name, bands, blocks), has_windows=True)
     except gdal_failures() as error:
         if refusal := step_for(path, name, _head(path), str(error)):
             raise TerrainError(refusal) from None
@@ -92,11 +91,9 @@ def open_dataset(data: Any, name: str) -> Raster:
 def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     first = bands.heights[0] - 1
     place, notes = place_of(data, name)
+    about = attributes_of(data, first + 1)
     unit, factor = unit_beside(data)
-    meaning = meaning_of(data.units[first] or unit, place.crs, attributes_of(data, first + 1))
-    about = ""
-    with suppress(UnicodeDecodeError):
-        about = str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
+    meaning = meaning_of(data.units[first] or unit, place.crs, about)
     raster = Raster(
         name,
         (data.height, data.width, bands.channels),
@@ -110,7 +107,7 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
         bands=bands.names,
         meaning=meaning,
     )
-    return at_place(as_described(raster, about), place)
+    return at_place(raster, place, about.get("tifftag_imagedescription", ""))
 
 
 def attributes_of(data: Any, band: int) -> dict[str, str]:

@@ -6,6 +6,7 @@ projection that is not true to scale, by geodesics.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import re
@@ -17,7 +18,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.readers.raster import INSTALL_GEO, Raster, Spacing, gdal_failures, has_rasterio, north_up
+from terrain_gl.readers.raster import INSTALL_GEO, Blocks, Raster, Spacing, gdal_failures, has_rasterio
 
 LEAST_STEP = 1e-9  # least distance between posts that is accepted, in any unit
 LARGEST_STEP = 1e6  # and the largest
@@ -29,6 +30,7 @@ WGS84 = (6378137.0, 298.257223563)  # semi-major axis in metres, inverse flatten
 _ROUNDING = 1e-7
 DEGREES = "EPSG:4326"  # longitude and latitude on WGS 84
 WORLD_FILES = (".wld", ".pgw", ".pngw", ".tfw", ".tifw", ".tiffw", ".jgw", ".bpw", ".exrw", ".hdrw")
+_OPTION = re.compile(r"--(spacing|z-scale|z-offset|nodata) ([\d.eE+,-]+)")
 
 
 class Grid(NamedTuple):
@@ -103,16 +105,49 @@ class Placed(Protocol):
     georeference: Georeference | None
 
 
-def at_place(raster: Raster, place: Georeference) -> Raster:
-    """The raster with its place, the spacing there, and notes on both; the northern row comes first."""
+def at_place(raster: Raster, place: Georeference, about: str = "") -> Raster:
+    """The raster with its place, the spacing there, and notes on both; the northern row comes first.
+
+    Its description `about` may end in options for reading it, which our own writers put there.
+    """
+    raster = _as_described(raster, about)
     spacing_m, notes = _spacing_of(place, raster.name)
     return replace(
         raster,
-        blocks=north_up(raster.blocks, raster.shape[0]) if place.grid.is_south_up else raster.blocks,
+        blocks=_north_up(raster.blocks, raster.shape[0]) if place.grid.is_south_up else raster.blocks,
         spacing_m=spacing_m or raster.spacing_m,
         notes=raster.notes + notes,
         georeference=place.kept() if spacing_m else None,
     )
+
+
+def _north_up(blocks: Blocks, rows: int) -> Blocks:
+    """Reverse blocks of whole rows that come from south to north."""
+    with contextlib.closing(blocks):
+        for where, pixels in blocks:
+            yield slice(rows - where.stop, rows - where.start), pixels[::-1]
+
+
+def _as_described(raster: Raster, text: str) -> Raster:
+    """The raster with the options after "read with" in its description; wrong ones are ignored."""
+    options = {name: _numbers(value) for name, value in _OPTION.findall(text.partition("read with ")[2])}
+    spacing = options.get("spacing", [])
+    z_scale, z_offset, nodata = (options.get(name, []) for name in ("z-scale", "z-offset", "nodata"))
+    return replace(
+        raster,
+        spacing_m=(spacing[0], spacing[-1]) if 1 <= len(spacing) <= 2 and min(spacing) > 0 else raster.spacing_m,
+        scale=raster.scale * (z_scale[0] if len(z_scale) == 1 and z_scale[0] else 1.0),
+        offset_m=raster.offset_m + (z_offset[0] if len(z_offset) == 1 else 0.0),
+        nodata=nodata[0] if len(nodata) == 1 else raster.nodata,
+    )
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        return []
+    return values if all(map(math.isfinite, values)) else []
 
 
 def _spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:

@@ -9,16 +9,8 @@ import OpenImageIO as oiio
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr, reason_of
 from terrain_gl.readers.georeference import Georeference, Grid, at_place, world_file
-from terrain_gl.readers.raster import (
-    INSTALL_GEO,
-    MAX_CHANNELS,
-    Blocks,
-    Raster,
-    as_described,
-    damaged,
-    rows_at_once,
-    utf8,
-)
+from terrain_gl.readers.local import utf8
+from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, rows_at_once
 
 
 def open_oiio(path: str, name: str) -> Raster:
@@ -45,7 +37,7 @@ def open_oiio(path: str, name: str) -> Raster:
     with suppress(UnicodeDecodeError):
         about = str(spec.get_string_attribute("ImageDescription"))
     place = Georeference(world_file(path) or Grid(), None, (spec.width, spec.height))
-    return at_place(as_described(raster, about), place)
+    return at_place(raster, place, about)
 
 
 def _oiio_blocks(image: Any, name: str) -> Blocks:

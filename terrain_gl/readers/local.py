@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr
-from terrain_gl.readers.raster import MOST_LISTED, TRUST, Band, damaged, one_line, utf8
+from terrain_gl.readers.raster import MOST_LISTED, TRUST, Band, damaged, one_line
 
 DRIVERS = (
     *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG", "GIF", "JP2OpenJPEG", "TGA", "HF2", "SIGDEM"),
@@ -91,6 +91,15 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
         raise TerrainError(f"{name}: holds no raster: extract one with gdal_translate")
     shown = ", ".join([*list(layers)[:MOST_LISTED], *(["…"] if len(layers) > MOST_LISTED else [])])
     raise TerrainError(f"{name}: holds the layers {shown}: name the one with heights, as --band {next(iter(layers))}")
+
+
+def utf8(path: str, name: str) -> str:
+    """Return the absolute path for a library that takes only UTF-8 names."""
+    try:
+        path.encode("utf-8")
+    except UnicodeEncodeError:
+        raise TerrainError(f"{name}: its name is not valid UTF-8: rename the file") from None
+    return os.path.abspath(path)
 
 
 def _layers(data: Any) -> dict[str, str]:

@@ -1,12 +1,9 @@
 """An open raster file: the result of every reader, and functions that the readers share."""
 
-import contextlib
-import math
-import os
 import re
 from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +16,6 @@ INSTALL_GEO = "pip install 'terrain-gl[geo]'"
 TRUST = "if you trust it, let GDAL follow it to other files and the network with --trust"
 
 MOST_LISTED = 12  # bands that a message names
-_OPTION = re.compile(r"--(spacing|z-scale|z-offset|nodata) ([\d.eE+,-]+)")
 
 Spacing = tuple[float, float]
 Band = int | str  # a band's number, from 1, or its name
@@ -63,6 +59,7 @@ class Raster:
     bands: tuple[str, ...] = ()  # the file's names of its channels without opacity, if it names them
     meaning: Meaning = Meaning()  # of the values, before `scale` and `offset_m`, which have its metres
     georeference: Any = None  # a Georeference, north up, if the file gives it
+    has_windows: bool = False  # whether GDAL reads parts of the file: not of archives, texts in UTF-16 and images
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything except the blocks: a generator cannot be sent to another process."""
@@ -80,22 +77,6 @@ def read_within(context: AbstractContextManager[Any], blocks: Blocks) -> Blocks:
         yield from blocks
 
 
-def north_up(blocks: Blocks, rows: int) -> Blocks:
-    """Reverse blocks of whole rows that come from south to north."""
-    with contextlib.closing(blocks):
-        for where, pixels in blocks:
-            yield slice(rows - where.stop, rows - where.start), pixels[::-1]
-
-
-def one_band(raster: Raster, band: Band) -> Raster:
-    """Keep one channel, by its number or its name, and the opacity; `TerrainError` if there is no such channel."""
-    names = raster.bands or ("",) * raster.colours
-    kept = number_of(band, names, raster.name) - 1
-    keep = [kept, raster.shape[2] - 1] if raster.has_alpha else [kept]
-    shape = (*raster.shape[:2], len(keep))
-    return replace(raster, shape=shape, blocks=_channels(raster.blocks, keep), bands=(names[kept],))
-
-
 def number_of(band: Band, names: Sequence[str], file: str) -> int:
     """The number of a band, from 1, among bands with these names; `TerrainError` if there is no such band."""
     number = names.index(band) + 1 if band in names else int(band) if str(band).isdecimal() else 0
@@ -109,34 +90,6 @@ def listed(names: Sequence[str]) -> str:
     shown = [f"{i}: {name[:40]}" if name else f"{i}" for i, name in enumerate(names[:MOST_LISTED], 1)]
     words = f" ({', '.join(shown)}{', …' if len(names) > MOST_LISTED else ''})" if any(names) else ""
     return f"has {len(names)} bands{words}"
-
-
-def _channels(blocks: Blocks, keep: list[int]) -> Blocks:
-    with contextlib.closing(blocks):
-        for where, pixels in blocks:
-            yield where, pixels[..., keep]
-
-
-def as_described(raster: Raster, text: str) -> Raster:
-    """The raster with the options after "read with" in its description, where our own writers put them."""
-    options = {name: _numbers(value) for name, value in _OPTION.findall(text.partition("read with ")[2])}
-    spacing = options.get("spacing", [])
-    z_scale, z_offset, nodata = (options.get(name, []) for name in ("z-scale", "z-offset", "nodata"))
-    return replace(
-        raster,
-        spacing_m=(spacing[0], spacing[-1]) if 1 <= len(spacing) <= 2 and min(spacing) > 0 else raster.spacing_m,
-        scale=raster.scale * (z_scale[0] if len(z_scale) == 1 and z_scale[0] else 1.0),
-        offset_m=raster.offset_m + (z_offset[0] if len(z_offset) == 1 else 0.0),
-        nodata=nodata[0] if len(nodata) == 1 else raster.nodata,
-    )
-
-
-def _numbers(text: str) -> list[float]:
-    try:
-        values = [float(word) for word in text.split(",")]
-    except ValueError:
-        return []
-    return values if all(map(math.isfinite, values)) else []
 
 
 def rows_at_once(cols: int, unit: int = 1) -> int:
@@ -158,15 +111,6 @@ def one_line(error: BaseException) -> str:
     text = re.sub(r"\?if=[\w,]+", "", str(error.__cause__ or error))  # drivers that `local.py` adds to a name
     text = re.sub(r"<VRTDataset.*>: No such file or directory", "one of its elements is wrong", text, flags=re.DOTALL)
     return " ".join(text.split())[:120]
-
-
-def utf8(path: str, name: str) -> str:
-    """Return the absolute path for a library that takes only UTF-8 names."""
-    try:
-        path.encode("utf-8")
-    except UnicodeEncodeError:
-        raise TerrainError(f"{name}: its name is not valid UTF-8: rename the file") from None
-    return os.path.abspath(path)
 
 
 def gdal_failures() -> tuple[type[Exception], ...]:

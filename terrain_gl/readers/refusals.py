@@ -3,6 +3,7 @@
 import os
 import re
 
+from terrain_gl.basics.inputs import is_store
 from terrain_gl.readers.tiles import example_of_tiles
 
 _SHAPE = b"\0\0\x27\x0a"
@@ -82,6 +83,8 @@ def step_for_archive(name: str, members: list[str], maps: list[str]) -> str:
 
 def step_for_folder(path: str, name: str) -> str:
     """What to do with a folder that was given for a file."""
+    if is_store(path):
+        return f"{path}: is a store, not a file: open it with terrain_gl.store.StoredMap"
     entries = os.listdir(path)
     if any(entry.lower().endswith((".adf", ".gdbtable")) for entry in entries):
         return f"{name}: is a grid or database of ESRI, a folder: gdal_translate {name} {name.rstrip('/')}.tif"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
-from terrain_gl.readers import Reading, has_windows, open_raster, state_of
+from terrain_gl.readers import Reading, open_raster, state_of
 from terrain_gl.readers.gdal import bands_of, place_of, read_pixels
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed, spacing_in_the_middle
 from terrain_gl.readers.local import closed_environment, open_layer
@@ -28,7 +28,7 @@ from terrain_gl.readers.plausible import (
     undeclared_voids,
     without,
 )
-from terrain_gl.readers.raster import Raster, Spacing, both, utf8
+from terrain_gl.readers.raster import Raster, Spacing, both
 from terrain_gl.readers.values import AS_STORED, heights_of
 
 _ALL = slice(None)
@@ -156,7 +156,6 @@ class RasterFile(WindowedRaster):
         self.path = path
         self.reading = reading
         self.voids_m: tuple[float, ...] = ()
-        self._by_window = has_windows(path, reading)
         self._open = threading.local()
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
@@ -201,7 +200,7 @@ class RasterFile(WindowedRaster):
 
     def sample(self, size: tuple[int, int]) -> np.ndarray | None:
         """The heights at (rows, cols) posts spread over the whole map; None if GDAL does not read this file."""
-        if not self._by_window:
+        if not self._raster.has_windows:
             return None
         return self._heights(_ALL, _ALL, size)
 
@@ -216,13 +215,12 @@ class RasterFile(WindowedRaster):
     def _heights(self, rows: slice, cols: slice, out: tuple[int, int] | None = None) -> np.ndarray:
         """The heights of a window; with `out`, only so many rows and columns, spread over the window."""
         rows, cols = (slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True))
-        pixels = self._window(rows, cols, out) if self._by_window else self._whole()[rows, cols]
+        pixels = self._window(rows, cols, out) if self._raster.has_windows else self._whole()[rows, cols]
         return without(heights_of(pixels, self._raster, self.reading), self.voids_m)
 
     def _window(self, rows: slice, cols: slice, out: tuple[int, int] | None) -> np.ndarray:
         if not hasattr(self._open, "layer"):
-            path = utf8(self.path, self.name)
-            data, band = open_layer(path, self.name, self.reading.trusted, self.reading.band)
+            data, band = open_layer(self.path, self.name, self.reading.trusted, self.reading.band)
             is_south_up = place_of(data, self.name)[0].grid.is_south_up
             self._open.layer = data, bands_of(data, self.name, band), is_south_up
         data, bands, is_south_up = self._open.layer

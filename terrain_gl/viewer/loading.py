@@ -16,11 +16,12 @@ import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..basics.limits import is_too_large
 from ..camera import Camera
-from ..files.maps import is_huge, open_map, posts_of, sample
+from ..files.maps import open_map, sample
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
-from ..readers import Reading, has_windows
+from ..readers import Reading, open_raster
 from ..renderer import Renderer
 from ..renderer.overlay import Overlay
 from ..shade.picture import SUN
@@ -56,12 +57,15 @@ def file_opener(path: str) -> Opener:
     def opened(progress: Progress) -> Opened:
         if is_store(path):
             return _first_seen(StoredMap(path), path)
-        huge = is_huge(path, Reading())
-        if huge or _pays(path):
+        raster = open_raster(path) if os.path.isfile(path) else None
+        rows, cols = raster.shape[:2] if raster else (0, 0)
+        huge = is_too_large(rows, cols)
+        pays = rows * cols >= cache.PAYS_POSTS and raster is not None and raster.has_windows and cache.is_possible()
+        if huge or pays:
             few, offer = sample(path, Reading())
             seen = _first_seen(few, path)
             return replace(seen, offer=offer) if huge else replace(seen, rest=partial(_from_cache, path))
-        heightmap, known = open_map(path, progress=progress)
+        heightmap, known = open_map(path, progress=progress, raster=raster)
         return Opened(heightmap, known.camera, known.sun, known.name) if known else _first_seen(heightmap, path)
 
     return opened
@@ -71,14 +75,6 @@ def _first_seen(heightmap: Heightmap, path: str) -> Opened:
     """A map with its standard view."""
     seen = heightmap.coarse()
     return Opened(heightmap, standard_view(seen), standard_sun(seen), os.path.realpath(path))
-
-
-def _pays(path: str) -> bool:
-    """Whether this is a raster for which a store saves time, and of which GDAL reads parts."""
-    if not (os.path.isfile(path) and cache.is_possible()):
-        return False
-    rows, cols = posts_of(path, Reading())
-    return rows * cols >= cache.PAYS_POSTS and has_windows(path)
 
 
 def _from_cache(path: str, progress: Progress) -> Opened:
