@@ -17,7 +17,7 @@ from ..renderer import Renderer
 from ..shade.picture import UNLIT
 from ..verify.explain import Explanation
 from ..viewer.explain_text import bound_px, plain, title
-from . import diff, report
+from . import diff, options, report
 from .records import OutputOptions
 from .scene import CommandScene
 
@@ -30,7 +30,7 @@ class GoldenOptions:
     against: str | None = None
 
 
-def add(command: Any) -> None:
+def add(command: options.Options) -> None:
     """Add the options."""
     command.add_argument("--against", metavar="GOLDEN", help="picture to compare with; exit status 1 if it differs")
     diff.add_tolerance(command)

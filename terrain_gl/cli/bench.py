@@ -24,7 +24,7 @@ class BenchOptions(DrawOptions):
     flight: int | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

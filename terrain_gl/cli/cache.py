@@ -3,7 +3,6 @@
 import os
 import time
 from dataclasses import dataclass
-from typing import Any
 
 from ..store import cache
 from . import options, report, values
@@ -18,7 +17,7 @@ class CacheOptions:
     json: str | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

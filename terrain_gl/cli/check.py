@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -37,7 +36,7 @@ class CheckOptions:
     json: str | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

@@ -40,7 +40,7 @@ class CompareOptions(DrawOptions):
     max_error: float | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

@@ -1,7 +1,6 @@
 """`terrain-gl diff`: how much two pictures differ."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..comparison.difference import EXACT, Difference, Tolerance, differ_files
@@ -19,7 +18,7 @@ class DiffOptions:
     json: str | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,
@@ -39,7 +38,7 @@ def add(commands: Any) -> None:
     options.add_json(command)
 
 
-def add_tolerance(command: Any) -> None:
+def add_tolerance(command: options.Options) -> None:
     """Add the options for how much two pictures may differ."""
     what = f"steps of 255 that a pixel may differ (default: {EXACT.steps:g})"
     command.add_argument(

@@ -27,7 +27,7 @@ MAX_FRAMES = 1_000_000
 SUMMARISED = ("triangles", "patches", "certified_max_error_px", "certified_jump_px", "max_error_px", "rms_error_px")
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

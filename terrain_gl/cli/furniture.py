@@ -1,7 +1,6 @@
 """`--furniture`: title, north arrow, scale bar and legend in a picture."""
 
 from pathlib import Path
-from typing import Any
 
 from ..camera import Camera
 from ..files.furniture import Stamp, furniture, land_ahead_m
@@ -14,7 +13,7 @@ from . import options
 from .records import DrawOptions
 
 
-def add(command: Any) -> None:
+def add(command: options.Options) -> None:
     """Declare the options."""
     group = options.group_of(command, "picture")
     what = "draw a title, the north, a scale, and the legend of a ramp"

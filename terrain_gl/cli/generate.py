@@ -28,7 +28,7 @@ class GenerateOptions:
     octaves: int | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

@@ -27,7 +27,7 @@ class InfoOptions:
     json: str | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

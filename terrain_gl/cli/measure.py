@@ -24,7 +24,7 @@ class MeasureOptions(DrawOptions):
     fail_above: float | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

@@ -61,7 +61,7 @@ class MeshOptions(DrawOptions):
         return self.max_error_m or max(RELIEF_SHARE * (high - low), 1e-6)
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

@@ -1,7 +1,8 @@
 """Options that the commands share, declared in groups: map, camera, level of detail, picture."""
 
+import argparse
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..files.maps import bundled
 from ..files.views import VIEWS
@@ -10,13 +11,17 @@ from ..readers.values import ENCODINGS
 from ..renderer.facts import FORMATS
 from ..renderer.options import OPTIONS, FrameOptions
 from . import values
-from .parsing import HelpAll
+from .parsing import HelpAll, Parser
 from .records import Record
 
+Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
+Options: TypeAlias = argparse._ActionsContainer  # a command, or a group of its options
 EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # they choose the detail; at most one is given
 
 
-def add_command(commands: Any, name: str, record: type[Record], run: Callable[[Record], int], **texts: str) -> Any:
+def add_command(
+    commands: Commands, name: str, record: type[Record], run: Callable[[Record], int], **texts: str
+) -> Parser:
     """Add a subcommand that gets a `record`; `texts` are its help, description and example."""
     example = f"example: terrain-gl {texts['example']}"
     command = commands.add_parser(name, help=texts["help"], description=texts["description"], epilog=example)
@@ -25,27 +30,27 @@ def add_command(commands: Any, name: str, record: type[Record], run: Callable[[R
     return command
 
 
-def group_of(command: Any, title: str) -> Any:
+def group_of(command: Options, title: str) -> Options:
     """The group of the help with a title; a new one if there is none."""
     return next((group for group in command._action_groups if group.title == title), None) or (
         command.add_argument_group(title)
     )
 
 
-def describe(command: Any, **texts: str) -> None:
+def describe(command: Options, **texts: str) -> None:
     """Change the help of options, by the names of their values."""
     for action in command._actions:
         action.help = texts.get(action.dest, action.help)
 
 
-def add_map(command: Any, optional: bool = False) -> None:
+def add_map(command: Options, optional: bool = False) -> None:
     """Add the argument MAP, and the options for reading its values."""
     names = ", ".join(bundled())
     command.add_argument("name", metavar="MAP", nargs="?" if optional else None, help=f"a file, or {names}")
     add_map_options(command)
 
 
-def add_map_options(command: Any) -> None:
+def add_map_options(command: Options) -> None:
     """Add the options for reading the values of a map."""
     group = command.add_argument_group("map")
     what = "metres between posts, or EAST,NORTH"
@@ -66,7 +71,7 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--trust", action="store_true", dest="trusted", help=what)
 
 
-def add_camera(command: Any, moving: bool = False) -> None:
+def add_camera(command: Options, moving: bool = False) -> None:
     """Add the options for the camera and the size of the picture."""
     group = command.add_argument_group("camera")
     if not moving:
@@ -89,7 +94,7 @@ def add_camera(command: Any, moving: bool = False) -> None:
     )
 
 
-def add_detail(command: Any) -> None:
+def add_detail(command: Options) -> None:
     """Add the options for level of detail and method."""
     group = command.add_argument_group("detail")
     asked = group.add_mutually_exclusive_group()
@@ -97,7 +102,7 @@ def add_detail(command: Any) -> None:
         add_option(asked if name in EXCLUSIVE else group, name)
 
 
-def add_look(command: Any) -> None:
+def add_look(command: Options) -> None:
     """Add the options for the look of the picture."""
     group = group_of(command, "picture")
     for name in _under("picture"):
@@ -107,7 +112,7 @@ def add_look(command: Any) -> None:
             add_option(group, name)
 
 
-def add_option(group: Any, name: str) -> None:
+def add_option(group: Options, name: str) -> None:
     """Add an option as declared in `FrameOptions`. The sun has no default here: a bundled map brings its own."""
     option = OPTIONS[name]
     default = None if name == "sun" else getattr(FrameOptions, name)
@@ -126,7 +131,7 @@ def _under(heading: str) -> list[str]:
     return [name for name, option in OPTIONS.items() if option.heading == heading]
 
 
-def _add_sun(group: Any) -> None:
+def _add_sun(group: Options) -> None:
     """Add the options for the sun, by its direction or by the clock."""
     lit = group.add_mutually_exclusive_group()
     add_option(lit, "sun")
@@ -138,7 +143,7 @@ def _add_sun(group: Any) -> None:
     group.add_argument("--longitude", type=values.number, metavar="DEG", help="for times with a zone, like 18:30-07:00")
 
 
-def add_rendering(command: Any, moving: bool = False) -> None:
+def add_rendering(command: Options, moving: bool = False) -> None:
     """Add all options that commands which draw share. With `moving`, the camera comes from a path."""
     add_camera(command, moving)
     add_detail(command)
@@ -146,7 +151,7 @@ def add_rendering(command: Any, moving: bool = False) -> None:
     add_technical(command)
 
 
-def add_technical(command: Any) -> None:
+def add_technical(command: Options) -> None:
     """Add the options for the near plane, the driver and the numbers."""
     group = command.add_argument_group("technical")
     for name in _under("technical"):
@@ -157,30 +162,30 @@ def add_technical(command: Any) -> None:
     add_json(group)
 
 
-def add_backend(command: Any) -> None:
+def add_backend(command: Options) -> None:
     """Add `--backend`."""
     what = "OpenGL from egl, osmesa, glfw, or auto (default)"
     command.add_argument("--backend", metavar="NAME", default="auto", help=what)
 
 
-def add_json(command: Any) -> None:
+def add_json(command: Options) -> None:
     """Add `--json`."""
     command.add_argument("--json", metavar="FILE", help="the numbers as JSON; - for standard output, alone")
 
 
-def add_facts(command: Any) -> None:
+def add_facts(command: Options) -> None:
     """Add `--facts`."""
     what = "write what each pixel shows, too (depth, place, normal, kind): a file beside the picture"
     group_of(command, "technical").add_argument("--facts", choices=[ending[1:] for ending in FORMATS], help=what)
 
 
-def add_workers(group: Any) -> None:
+def add_workers(group: Options) -> None:
     """Add the options for workers: processes of this machine, or a cluster."""
     what = "processes of this machine (default: 1)"
     group.add_argument("--workers", type=values.count, metavar="N", default=1, help=what)
     group.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, like tcp://host:8786; extra [dask]")
 
 
-def add_output(command: Any, what: str) -> None:
+def add_output(command: Options, what: str) -> None:
     """Add the option for the file that the command writes."""
     command.add_argument("-o", "--output", metavar="OUT", dest="path", required=True, help=what)

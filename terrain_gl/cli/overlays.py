@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from typing import Any
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.words import UNITS
@@ -15,14 +14,14 @@ from ..renderer.draped import is_on_map
 from ..renderer.names import Label
 from ..renderer.options import FrameOptions
 from ..renderer.overlay import LABEL, Overlay, read_overlay
-from . import report, values
+from . import options, report, values
 from .records import Drawn, LaidOptions
 
 NO_LABELS = "none"
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
 
 
-def add(command: Any) -> None:
+def add(command: options.Options) -> None:
     """Declare `--overlay` and `--labels`."""
     what = "over the land: GeoJSON, GPX, KML, a picture or values"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)

@@ -5,7 +5,7 @@ A record has a part for each concern. `told` fills all parts from the parser's v
 
 import os
 from argparse import Namespace
-from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import dataclass, is_dataclass
 from datetime import datetime
 from typing import Any, TypeVar, get_type_hints, is_typeddict
 
@@ -133,8 +133,3 @@ def told(record: type[Record], given: Namespace) -> Record:
         if value is not None:
             values[name] = tuple(value) if isinstance(value, list) else value
     return record(**values)
-
-
-def shaded(drawing: Drawn, **changes: Any) -> Drawn:
-    """The record with other options of the frame."""
-    return replace(drawing, frame=replace(drawing.frame, **changes))

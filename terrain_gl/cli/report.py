@@ -4,7 +4,7 @@ import math
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -132,7 +132,7 @@ def mebibytes(n: int) -> str:
 
 
 @contextmanager
-def progress_bar(label: str) -> Iterator[Any]:
+def progress_bar(label: str) -> Iterator[Callable[[float], None] | None]:
     """Yield a function that draws the progress, 0 to 1, as a bar on standard error, if that is a terminal."""
     if not sys.stderr.isatty():
         yield None

@@ -33,7 +33,7 @@ class ShotOptions(DrawOptions):
     golden: against.GoldenOptions
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

@@ -21,11 +21,11 @@ from ..readers import open_raster
 from ..renderer import Renderer
 from ..renderer.options import FrameOptions
 from ..store import StoredMap, cache, is_store
-from . import report, values
+from . import options, report, values
 from .records import DrawOptions, MapOptions, StoreOptions
 
 
-def add_options(command: Any, pays_times: int = 1) -> None:
+def add_options(command: options.Options, pays_times: int = 1) -> None:
     """Add the options of commands whose map may be a store.
 
     The command draws a raster from a store if it has at least `pays_times` times `cache.PAYS_POSTS` posts.

@@ -1,7 +1,6 @@
 """`terrain-gl tiles`: 3D Tiles of a map, which declare the errors that they have."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from ..files.maps import files_read
 from ..files.tiling import Tiling, write_tiles
@@ -22,7 +21,7 @@ class TilesOptions:
     json: str | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     command = options.add_command(
         commands,

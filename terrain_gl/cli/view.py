@@ -30,7 +30,7 @@ class ViewOptions(DrawOptions):
     lecture: str | None = None
 
 
-def add(commands: Any) -> None:
+def add(commands: options.Commands) -> None:
     """Add the command."""
     first = next(iter(bundled()))
     command = options.add_command(
@@ -57,7 +57,7 @@ def add(commands: Any) -> None:
     remembered = [action for action in command._actions if action.dest in REMEMBERED]
     lasting = [action.dest for action in remembered]
     command.set_defaults(name=first, **dict.fromkeys(lasting))
-    own = {action.dest: re.sub(r"default: [^)]*", "default: the last window's", action.help) for action in remembered}
+    own = {action.dest: re.sub(r"default: [^)]*", "default: the last window's", action.help or "") for action in remembered}
     options.describe(command, **own)
 
 
