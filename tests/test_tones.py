@@ -120,14 +120,14 @@ def test_a_reflectance_with_a_scale_is_linear_light(tmp_path, scale, offset):
     with rasterio.open(path, "r+") as file:
         file.scales, file.offsets = (scale,) * 3, (offset,) * 3
     assert fields(read_ground(path, ONTO))[:, :3] == pytest.approx(0.002 * FIELDS, abs=1e-3)
-    assert picture_notes(path, None) == ()
+    assert look_into(path, None, True)[1] == ()
 
 
 def test_a_grey_picture_of_classes_is_nearly_black(tmp_path):
     path = write(tmp_path / "p", (RGB[:1] // 50).astype(np.uint8))
-    (note,) = picture_notes(path, None)
-    assert "--range 0,4" in note and picture_notes(path, (0.0, 4.0)) == ()
-    assert picture_notes(write(tmp_path / "q", RGB[:1]), None) == ()
+    (note,) = look_into(path, None, True)[1]
+    assert "--range 0,4" in note and look_into(path, (0.0, 4.0), True)[1] == ()
+    assert look_into(write(tmp_path / "q", RGB[:1]), None, True)[1] == ()
 
 
 PALETTE = {i: (*map(int, colour), 255) for i, colour in enumerate(FIELDS)} | {4: (0, 0, 0, 0)}

@@ -57,7 +57,9 @@ def add(commands: options.Commands) -> None:
     remembered = [action for action in command._actions if action.dest in REMEMBERED]
     lasting = [action.dest for action in remembered]
     command.set_defaults(name=first, **dict.fromkeys(lasting))
-    own = {action.dest: re.sub(r"default: [^)]*", "default: the last window's", action.help or "") for action in remembered}
+    own = {
+        action.dest: re.sub(r"default: [^)]*", "default: the last window's", action.help or "") for action in remembered
+    }
     options.describe(command, **own)
 
 

@@ -41,6 +41,7 @@ from terrain_gl.readers.units import meaning_of
 _BESIDE = re.compile(r"^(UNIT|Z_FACTOR|ZUNITS)(?:[ \t]*=|[ \t])[ \t]*([^\s=].*)$", re.IGNORECASE | re.MULTILINE)
 _MOST_BYTES = 10_000
 
+
 def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = None) -> Raster:
     """Open a raster with its tags: spacing, no-data value, scale, offset and unit of heights.
 
