@@ -12,7 +12,7 @@ from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
 from ..renderer.options import NO_SKY
 from ..shade.contours import interval_m
-from . import furniture, report
+from . import overlays, report
 from .records import CameraOptions, DrawOptions
 from .scene import CommandScene
 
@@ -27,7 +27,7 @@ def tell(asked: DrawOptions, scene: CommandScene) -> None:
     for text in _without_effect(asked, scene):
         report.note(text)
     frame = scene.frame
-    ramp, unit = furniture.ramp_of(frame, scene.heightmap)
+    ramp, unit = overlays.ramp_of(frame, scene.heightmap)
     if ramp and frame.drape:
         report.note(f"{report.shown(frame.drape)}: ramp {ramp.name} from {ramp.low:.6g} to {ramp.high:.6g}")
     elif ramp and not frame.ramp_range:

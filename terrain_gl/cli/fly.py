@@ -19,7 +19,7 @@ from ..film.record import CODECS, FPS, Recorder, is_folder, picture_name
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap, ground_m
 from ..renderer.options import NO_SKY
-from . import effects, frames, furniture, options, overlays, report, stores, values
+from . import effects, frames, options, overlays, report, stores, values
 from .scene import open_scene
 
 SECONDS = 12.0
@@ -50,7 +50,7 @@ def add(commands: options.Commands) -> None:
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
     options.add_workers(group)
     overlays.add(command)
-    furniture.add(command)
+    overlays.add_furniture(command)
     options.add_rendering(command, moving=True)
     options.add_facts(command)
     stores.add_options(command)

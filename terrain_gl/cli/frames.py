@@ -23,7 +23,7 @@ from ..film.path import CameraPath, FlightFrame
 from ..renderer.facts import Facts
 from ..store import is_store
 from ..store.scheduling import scheduler
-from . import furniture, overlays
+from . import overlays
 from .records import DrawOptions, OutputOptions
 from .scene import CommandScene, make_renderer, open_scene
 
@@ -97,7 +97,7 @@ class Drawing:
         keys = OF_FRAME + (MEASURED if asked.measure else ())
         numbers = scene.pose(asked.camera.size) | {key: stats[key] for key in keys if key in stats}
         image = frame.image[..., :3]
-        stamps = furniture.of(asked, scene.heightmap, pose.camera)
+        stamps = overlays.stamps_of(asked, scene.heightmap, pose.camera)
         stamp(image, 0, [*overlays.names(asked.camera.size, renderer.labels(), stamps), *stamps])
         with renderer.session:
             numbers["sees_land"] = renderer.picture.sees_land()

@@ -18,7 +18,7 @@ from ..renderer import Renderer
 from ..renderer.facts import Facts
 from ..renderer.names import Label
 from ..renderer.options import NO_SKY
-from . import against, effects, furniture, options, overlays, report, stores
+from . import against, effects, options, overlays, report, stores
 from .records import DrawOptions
 from .scene import CommandScene, make_renderer, open_scene
 
@@ -49,7 +49,7 @@ def add(commands: options.Commands) -> None:
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
     against.add(command)
     overlays.add(command)
-    furniture.add(command)
+    overlays.add_furniture(command)
     options.add_rendering(command)
     options.add_facts(command)
     stores.add_options(command)
@@ -104,7 +104,7 @@ def _draw(
     exact = FORMATS[os.path.splitext(asked.output.path)[1].lower()] == "float"
     rows = np.empty((0, width, 4))
     sees_land = False
-    stamps = [] if exact else furniture.of(asked, scene.heightmap, scene.camera)
+    stamps = [] if exact else overlays.stamps_of(asked, scene.heightmap, scene.camera)
     seen: list[Label] = []
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:

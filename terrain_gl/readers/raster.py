@@ -42,7 +42,7 @@ class Meaning(NamedTuple):
     may_be_depth: bool = False  # only a name says so
 
 
-@dataclass
+@dataclass(frozen=True)
 class Raster:
     """An open raster file; its pixels come in blocks, and each post is in one block."""
 

@@ -120,7 +120,7 @@ class Sliced(WindowedRaster):
     """An object with `shape` and slices; each window is computed when it is read."""
 
     def __init__(self, source: Any, raster: Raster) -> None:
-        raster.spacing_m = raster.spacing_m or getattr(source, "spacing_m", None)
+        raster = replace(raster, spacing_m=raster.spacing_m or getattr(source, "spacing_m", None))
         super().__init__(raster)
         self.identity = getattr(source, "identity", None)
         self._source = source
