@@ -17,6 +17,14 @@ from terrain_gl.verify.measure import Measurement
 SIZE = (640, 360)
 
 
+def island(n=193):
+    """Hills in a sea of height 0, 30 m between posts, with a lake at 150 m. Returns heights."""
+    y, x = np.mgrid[0:n, 0:n] * 1.0
+    away, off = np.hypot(x - 96, y - 96), np.hypot(x - 100, y - 104)
+    heights = 260 - 3.4 * away + 14 * np.sin(x / 3.1 + y / 4.7) + 260 * np.exp(-(((off - 66) / 14) ** 2))
+    return np.where(off < 50, 150.0, np.maximum(heights, 0.0)).astype("f4")
+
+
 def rough(rows, cols, seed=0, relief=100.0):
     """A fractal surface: noise at every power of two."""
     rng = np.random.default_rng(seed)

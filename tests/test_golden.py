@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from maps import island
 
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
@@ -64,6 +65,15 @@ def test_golden_water(ctx, renderers, regenerate, tmp_path):
     camera = Camera(view["eye"], view["target"], view["fov"])
     pixels = renderers("alpine-30m").render(camera, water_m=700.0, sun=view["sun"]).image[..., :3]
     compare(pixels, GOLDEN / "alpine-30m_water.png", regenerate, tmp_path)
+
+
+def test_golden_lake(ctx, session_context, regenerate, tmp_path):
+    """An island in the sea of its map, with a lake: all water is one surface, at two heights."""
+    if "llvmpipe" not in ctx.info["GL_RENDERER"]:
+        pytest.skip(f"golden pictures are llvmpipe's, this is {ctx.info['GL_RENDERER']}")
+    with session_context, Renderer(Heightmap(island(), 30.0), SIZE, ctx=session_context) as renderer:
+        pixels = renderer.render(Camera((2500, -900, 1100), (3000, 2800, 150), 50), sun=(200.0, 30.0)).image[..., :3]
+    compare(pixels, GOLDEN / "island_lake.png", regenerate, tmp_path)
 
 
 def compare(pixels, path, regenerate, tmp_path):

@@ -1,9 +1,11 @@
-"""Water at one height is one surface: over drowned land, and around the map."""
+"""Water at one height is one surface: over drowned land, in the lakes and the sea of the map, and around it."""
 
 import numpy as np
 import pytest
+from maps import island
 
 from terrain_gl import Camera, Heightmap, Renderer
+from terrain_gl.renderer.facts import KINDS
 
 SIZE = (320, 180)
 
@@ -75,3 +77,47 @@ def test_the_bed_fades_towards_the_rim_of_the_map():
         across = levels(renderer.render(camera, water_m=3.0, grain="off").image)[50]
     assert np.abs(across[-1] - across[2]).max() > 20, "away from the rim, the bank shows"
     assert np.abs(np.diff(across, axis=0)).max() <= 8, "one metre a pixel: it fades over 20 m"
+
+
+ISLAND = [
+    Camera((2900, -1800, 700), (2900, 2900, 100), 50),
+    Camera((2500, 300, 900), (3000, 2800, 150), 50),
+    Camera((2900, 2900, 9000), (2900, 2901, 0), 50),
+]
+
+
+def inside(water):
+    """Pixels of water whose neighbours are water, too: without those at a shore."""
+    padded = np.pad(water, 3, constant_values=False)
+    rows, cols = water.shape
+    return np.all([padded[i : i + rows, j : j + cols] for i in range(7) for j in range(7)], axis=0)
+
+
+@pytest.mark.parametrize("camera", ISLAND)
+@pytest.mark.parametrize("level_m", [0.0, 150.0])
+def test_water_of_the_map_is_that_of_a_level(camera, level_m):
+    """The sea and the lake of a map have the colours of `water_m` over a pit; the same flat land has others."""
+    heights = island()
+    pit, dry = (np.where(heights == level_m, z, heights).astype("f4") for z in (level_m - 3000.0, level_m))
+    dry[::4, ::4] += np.where(dry[::4, ::4] == level_m, 1e-3, 0.0)
+    drawn = []
+    for map_, options in ((heights, {}), (pit, {"water_m": level_m}), (dry, {})):
+        with Renderer(Heightmap(map_, 30.0), SIZE) as renderer:
+            frame = renderer.render(camera, grain="off", **options)
+            is_at = frame.kind == KINDS.index("water")
+            with np.errstate(invalid="ignore"):
+                is_at &= np.abs(frame.places[..., 2] - level_m) < 2.0
+            drawn.append((levels(frame.image), is_at, frame.normals))
+    (mine, is_mine, normals), (level, is_level, _), (as_land, _, _) = drawn
+    both = inside(is_mine & is_level)
+    assert both.sum() > 300 and (normals[both] == [0, 0, 1]).all()
+    assert np.abs(mine - level)[both].max() <= 2
+    assert np.abs(as_land - level)[both].mean() > 10
+
+
+@pytest.mark.parametrize("look", ["grey", "viridis"])
+def test_in_a_diagram_the_sea_around_has_the_colour_of_the_sea_in_the_map(look):
+    with Renderer(Heightmap(island(), 30.0), SIZE) as renderer:
+        image = levels(renderer.render(Camera((-300, -300, 9000), (-300, -299, 0), 12), look=look).image)
+    across = image[:60].mean(0)  # the map's western rim crosses these rows, near column 190
+    assert np.abs(np.diff(across, axis=0)).max() < 1

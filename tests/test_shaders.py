@@ -99,7 +99,7 @@ STAGES = {".comp": "comp", ".vert": "vert", ".tesc": "tesc", ".tese": "tese", ".
 ENTRIES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*") if path.suffix in STAGES)
 VARIANTS = [  # macros that choose between parts of a file
     *({"NO_VOIDS": 1, "TO": to} for to in ("PICTURE", "ABOVE", "CAPTURE")),
-    {"SAMPLES": 1, "WATER_LEVEL": 0},
+    {"SAMPLES": 1, "WATER": 0},
     {"BITS": 8},
     {"BITS": 64},
     {"WHOLE_LINES": 1, "BITS": 64},

@@ -19,8 +19,9 @@ vec3 open_light(Material material, vec3 normal, vec3 towards_eye) {
     return outgoing_light(towards_eye, l);
 }
 
+// The sea of a map that is drawn as a diagram has the colour of the map there.
 Material plain_material(vec2 place) {
-    if (u_edge_is_sea) return WATER;
+    if (u_edge_is_sea) return land_of(place, vec2(0.0), Relief(u_edge_m, vec2(0.0)));
     if (LOOK == EARTH) return Material(vec3(0.140, 0.132, 0.095), 0.95);
     if (LOOK != NATURAL) return Material(vec3(0.24), 0.95);
     return Material(mix(vec3(0.090, 0.104, 0.048), vec3(0.205, 0.165, 0.110), climate_at(place).dryness), 0.95);
@@ -40,7 +41,8 @@ vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
 }
 
 vec3 plain_light(vec2 at_m, vec3 towards_eye) {
-    if (WATER_LEVEL == 1) return water_light(post_at(at_m), towards_eye, 0.0, vec3(0.0), 0.0);
+    bool is_water = WATER == 1 && u_edge_is_sea && (!IS_DIAGRAM || u_water_m == u_edge_m);
+    if (is_water) return water_light(post_at(at_m), towards_eye, u_edge_m, 0.0, vec3(0.0), 0.0);
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
     float away_m = length(max(max(low - at_m, at_m - high), 0.0));
     float high_m = max(0.5 * u_span_m, 0.01 * (high.x - low.x));

@@ -1,5 +1,6 @@
-// light/water.glsl — standing water at one height: one surface, over drowned land and around the map.
-//   A ray that meets the plane of the water sees it there. The sky is mirrored in it, and the bed shows through it.
+// light/water.glsl — standing water: one surface, over drowned land, in the lakes of the map, and around the map.
+//   A ray that meets the plane of the water sees it there. A lake of the map is at the height of its posts.
+//   The sky is mirrored in water, and the bed shows through it.
 //   Its normal is the vertical. Ripples are too small to be seen: they are a lobe of half-vectors around it.
 //   The sun's light on it is hidden by land alone: a march towards the sun compares heights with the sun's ray.
 //   The map ends at its rim, and with it the bed. Near the rim the bed fades, so the sea around has no edge.
@@ -7,8 +8,8 @@
 
 #include "light/lit.glsl"
 
-#ifndef WATER_LEVEL
-#define WATER_LEVEL 1  // 0 without water: its code is then left out
+#ifndef WATER
+#define WATER 1  // 0 without water: its code is then left out
 #endif
 #define RIPPLES 3000.0  // sharpness of the ripples' lobe
 #define SHADOW_STEPS 48
@@ -20,21 +21,21 @@ const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0
 float water_depth(Ray ray) { return plane_depth(ray, u_water_m); }
 
 // The share of the sun's disc that is visible from the water, at a place in posts that may lie beyond the map.
-float sun_on_water(vec2 post) {
+float sun_on_water(vec2 post, float level_m) {
     vec3 sun = u_sun.axis;
     float level = max(length(sun.xy), 1e-6), rise = sun.z / level;
     if (rise <= 0.0) return 0.0;
     vec2 towards = vec2(sun.x, -sun.y) / level / u_spacing_m;  // posts per metre along the ground
     towards = mix(towards, vec2(1e-9), lessThan(abs(towards), vec2(1e-9)));
     vec2 a = -post / towards, b = (vec2(u_last_post) - post) / towards, first = min(a, b), last = max(a, b);
-    float from_m = max(max(first.x, first.y), 0.0), highest_m = u_low_m + u_span_m - u_water_m;
+    float from_m = max(max(first.x, first.y), 0.0), highest_m = u_low_m + u_span_m - level_m;
     float to_m = min(min(last.x, last.y), highest_m / rise), step_m = (to_m - from_m) / float(SHADOW_STEPS);
     if (step_m <= 0.0) return 1.0;
     float clear = 1e30;  // smallest tangent of an angle between the sun and the land below it
     for (int i = 0; i < SHADOW_STEPS; i++) {
         float along_m = from_m + (float(i) + 0.5) * step_m;
         float land_m = rim_m_at(clamp(post + along_m * towards, vec2(0.0), vec2(u_last_post)));
-        clear = min(clear, (u_water_m + rise * along_m - land_m) / along_m);
+        clear = min(clear, (level_m + rise * along_m - land_m) / along_m);
     }
     // land between two steps may be a little higher: the shadow's edge is as soft as the steps are wide
     float soft = 0.01 + 0.5 * step_m * rise / max(to_m, 1e-6);
@@ -49,8 +50,8 @@ float bed_seen(vec2 post) {
 
 // Radiance towards the eye from a place on the water, in posts.
 // The bed is below_m deeper; a share of its light is seen.
-vec3 water_light(vec2 post, vec3 towards_eye, float below_m, vec3 bed_light, float share) {
-    float slant = max(towards_eye.z, 1e-4), sun_seen = sun_on_water(post);
+vec3 water_light(vec2 post, vec3 towards_eye, float level_m, float below_m, vec3 bed_light, float share) {
+    float slant = max(towards_eye.z, 1e-4), sun_seen = sun_on_water(post, level_m);
     vec3 from_above = u_sun.amplitude * (u_sun.integral / PI * max(u_sun.axis.z, 0.0) * sun_seen);
     for (int i = 0; i < SKY_LOBES; i++)
         from_above += u_sky[i].amplitude * (u_sky[i].integral / PI * max(u_sky[i].mean_length * u_sky[i].axis.z, 0.0));

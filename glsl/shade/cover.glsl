@@ -1,6 +1,6 @@
 // shade/cover.glsl — the material of the ground, from the map alone: height, slope, water;
 //   or its colour from a picture of the ground. Colours are diffuse albedos.
-// Provides Material, material_of(), WATER.
+// Provides Material, material_of(), IS_DIAGRAM.
 
 #include "shade/relief.glsl"
 #include "shade/climate.glsl"
@@ -11,7 +11,7 @@ struct Material {
     float roughness;  // 0 for a mirror, 1 for fully matt; its square is Beckmann's alpha
 };
 
-const Material SNOW = Material(vec3(0.84, 0.87, 0.91), 0.55), WATER = Material(vec3(0.006, 0.018, 0.026), 0.12);
+const Material SNOW = Material(vec3(0.84, 0.87, 0.91), 0.55), WET_GROUND = Material(vec3(0.006, 0.018, 0.026), 0.12);
 const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // ground without data
 
 // Looks: light.climate.LOOKS has their names.
@@ -20,6 +20,7 @@ const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // ground witho
 #define GREY 2
 #define TINT 3
 #define RAMP 4
+#define IS_DIAGRAM (LOOK == GREY || LOOK == RAMP)  // water of the map then has the colour of land
 
 // Macros for a program that serves one map, and leaves out all other code: whether a picture covers the land, the look
 // of the land, whether any land is not fully dry (GREEN), whether any land is dry at all (ARID).
@@ -178,7 +179,7 @@ Material material_of(vec2 post, vec2 extent, Relief fine) {
     Material land = land_of(post, extent, fine);
     if (MARKED) {
         vec2 marked = marked_at(post);
-        if (LOOK != GREY && LOOK != RAMP) land = mixed(land, WATER, smoothstep(0.3, 0.7, marked.y));
+        if (!IS_DIAGRAM) land = mixed(land, WET_GROUND, smoothstep(0.3, 0.7, marked.y));
         land = mixed(land, FILLED, smoothstep(0.0, 1.0, marked.x));
     }
     return mixed(land, pictured, picture.a);

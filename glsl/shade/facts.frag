@@ -65,7 +65,7 @@ void main() {
             sum += float(best >> i & 1) * texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
         depth = view_depth_m(sum / float(bitCount(best)));  // on a plane, values of the depth buffer are linear
 #if FACTS == 1
-        normal = normal_of(ground_of(best).fine.slope);
+        if (kind != LAKE) normal = normal_of(ground_of(best).fine.slope);
 #endif
     }
     else if (kind == FLOOD) depth = plane_depth(ray, u_level_m);

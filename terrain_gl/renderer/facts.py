@@ -88,12 +88,13 @@ def facts_of(picture: Picture, eye: Camera) -> Facts:
     first, second = picture.facts()
     factor = picture.terrain.heightmap.exaggeration
     depth = factor * first[..., 3]
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", under="ignore"):  # slopes of flat land may be tiny
         places = (first[..., :3].astype(np.float64) + eye.eye) * [factor, factor, 1.0]
+        normals = second[..., :3] * np.array([1.0, 1.0, factor], np.float32)
+        length = np.linalg.norm(normals, axis=-1, keepdims=True)
+        normals /= np.where(length > 0, length, 1)
     places[~np.isfinite(depth)] = np.nan
-    normals = second[..., :3] * np.array([1.0, 1.0, factor], np.float32)
-    length = np.linalg.norm(normals, axis=-1, keepdims=True)
-    return Facts(depth, places, normals / np.where(length > 0, length, 1), np.rint(second[..., 3]).astype(np.uint8))
+    return Facts(depth, places, normals, np.rint(second[..., 3]).astype(np.uint8))
 
 
 class PlaceSeen(NamedTuple):

@@ -444,9 +444,8 @@ class Picture:
             uniforms |= self.lighting.uniforms
         grained = look.style == "shaded" and look.grain == "on"
         lined = look.contour_m is not None
-        return Wanted(
-            self.lighting.defines, uniforms, look.water_m is not None, edge, grained, lined, clear=look.is_clear
-        )
+        wet = look.water_m is not None or self.terrain.is_marked
+        return Wanted(self.lighting.defines, uniforms, wet, edge, grained, lined, clear=look.is_clear)
 
     @property
     def _resources(self) -> Resources:

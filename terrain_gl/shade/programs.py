@@ -20,6 +20,8 @@ class Wanted(NamedTuple):
         Macros of the light.
     uniforms
         By name without `u_`. A pass takes those that its shader declares.
+    wet
+        Whether there may be water: a level, or marks of the map.
     edge
         The surroundings: `surroundings.NONE`, `PLAIN` or `WALLS`.
     exact
@@ -77,7 +79,7 @@ class PixelPasses:
         return self._made[key]
 
     def _compiled(self, fragment: str, kind: str, wanted: Wanted) -> ComputePass | DrawPass:
-        defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wanted.wet, "PIXELS": KINDS[kind]}
+        defines: dict[str, object] = {"SAMPLES": self.samples, "WATER": wanted.wet, "PIXELS": KINDS[kind]}
         defines |= {"EDGE": wanted.edge, "GRAIN": wanted.grained, "CONTOURS": wanted.contours, **wanted.light}
         defines |= ({"EXACT": 1} if wanted.exact else {}) | {"CLEAR": wanted.clear}
         defines |= self._defines
