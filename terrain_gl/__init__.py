@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .gpu.context import create_context
     from .heightmap import Heightmap
     from .renderer import Renderer
-    from .renderer.frame import Frame, Stats
+    from .renderer.frame import Frame, Measured, Stats
     from .renderer.options import RenderOptions
     from .viewer.showing import show
 
@@ -28,6 +28,7 @@ __all__ = [
     "Camera",
     "Frame",
     "Heightmap",
+    "Measured",
     "RenderOptions",
     "Renderer",
     "Stats",
@@ -42,6 +43,7 @@ _MODULES = {
     "Camera": "camera",
     "Frame": "renderer.frame",
     "Heightmap": "heightmap",
+    "Measured": "renderer.frame",
     "RenderOptions": "renderer.options",
     "Renderer": "renderer",
     "Stats": "renderer.frame",

@@ -222,12 +222,12 @@ def _tell_water(scene: CommandScene) -> None:
 
 def _of_view(renderer: Renderer, scene: CommandScene) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     stats = renderer.draw(**scene.view(style=UNLIT))
-    return renderer.triangles(), renderer.inspector.drawn_heights(), stats
+    return renderer.triangles(), renderer.inspector.drawn_heights(), dict(stats)
 
 
 def _of_map(renderer: Renderer, asked: MeshOptions) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     triangles, stats = renderer.inspector.triangulate(asked.tolerance_m(renderer.heightmap))
-    return triangles, renderer.terrain.filled, stats
+    return triangles, renderer.terrain.filled, dict(stats)
 
 
 def _texture(renderer: Renderer, asked: MeshOptions, scene: CommandScene) -> bytes:

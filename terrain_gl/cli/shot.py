@@ -137,7 +137,7 @@ def _draw(
             report.note("--overlay: lines and points are not in a picture of floats")
         else:
             overlays.tell_unseen(laid.overlay, scene.heightmap, renderer.overlays, stats["overlay_samples"])
-    return stats
+    return dict(stats)
 
 
 def summary(stats: dict[str, Any]) -> str:

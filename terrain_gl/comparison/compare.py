@@ -122,7 +122,7 @@ def likeness_of(
 def measured(renderer: Renderer, camera: Camera, **options: Any) -> dict[str, Any]:
     """Stats of one frame, with its achieved error."""
     renderer.draw(camera, **(options | {"style": UNLIT}))
-    return renderer.measure()
+    return dict(renderer.measure())
 
 
 def part(progress: Progress | None, i: int, parts: int) -> Progress | None:
@@ -145,7 +145,7 @@ def _picture(
 
     steps = renderer.draw_steps(camera, size=renderer.size, fine=fine, receive=receive, gradual=False, **options)
     stats = drain(steps, progress)
-    return image, sky, stats
+    return image, sky, dict(stats)
 
 
 def inset_of(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:

@@ -54,6 +54,33 @@ class Stats(_Price, total=False):
     tiles_missing: list[dict[str, str]]
 
 
+class Measured(Stats, total=False):
+    """The keys of `Renderer.measure`, with their types: those of `Stats`, and the achieved error."""
+
+    max_error_px: float
+    rms_error_px: float
+    max_error_posts_px: float
+    posts_measured: int
+    land_measured: float
+    rounding_px: float | None
+    holes: int
+
+
+class WholeMapMesh(TypedDict, total=False):
+    """The keys of the stats of `Inspector.triangulate`, with their types. Only stores have `complete` and the next."""
+
+    triangles: int
+    patches: int
+    splits: int
+    requested_max_error_m: float
+    certified_max_error_m: float | None
+    complete: bool
+    within_tolerance: float
+    tiles_resident: int
+    tiles_wide: int
+    tiles_missing: list[dict[str, str]]
+
+
 @dataclass
 class Frame:
     """A picture and its numbers.
@@ -121,7 +148,7 @@ class DrawnFrame:
     has_picture
         Whether the renderer's picture shows this mesh.
     stats
-        The same keys as `Frame.stats`.
+        Those of `Frame.stats`; after a measurement, also the achieved error.
     loaded
         For a store, what `Streaming.select` reports of its tiles, loaded and missing. Empty for other maps.
     """
@@ -134,7 +161,7 @@ class DrawnFrame:
     selection: Selection
     asked: tuple[object, ...] = ()
     has_picture: bool = False
-    stats: dict[str, Any] = field(default_factory=dict)
+    stats: Measured = field(default_factory=Measured)
     loaded: dict[str, Any] = field(default_factory=dict)
 
     def look(self, camera: Camera | None = None) -> None:

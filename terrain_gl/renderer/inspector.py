@@ -1,7 +1,7 @@
 """Questions about the last frame: which error it achieved, which triangles were drawn, and why."""
 
 import math
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..verify.explain import Explanation, Lookup, PatchExplainer
 from ..verify.holes import count_holes
 from ..verify.measure import TILE, Achieved, Measurement
 from ..verify.rounding import mesh_rounding_px
-from .frame import DrawnFrame
+from .frame import DrawnFrame, Measured, WholeMapMesh
 from .gpu_resources import GpuResources
 
 _MOST_READ = 10_000_000  # most triangles that are read back for a bound of their rounding
@@ -51,7 +51,7 @@ class Inspector:
         return self.terrain.heightmap
 
     @in_session
-    def measure(self) -> dict[str, Any]:
+    def measure(self) -> Measured:
         """The last frame's stats with its achieved error: its mesh is compared with the true surface.
 
         Adds `max_error_px` and `rms_error_px` over 5 × 5 places in each cell; `max_error_posts_px` over posts alone;
@@ -170,7 +170,7 @@ class Inspector:
         return float(weight @ heights_m[inside[0]].astype(np.float64)) - sag_m + self.terrain.base_m
 
     @in_session
-    def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
+    def triangulate(self, max_error_m: float) -> tuple[np.ndarray, WholeMapMesh]:
         """Triangles over the whole map whose heights differ nowhere by more than `max_error_m` from the truth.
 
         No camera is needed.
@@ -194,7 +194,7 @@ class Inspector:
         triangles, _ = captured_triangles(selection)
         counts = {"triangles": len(triangles), "patches": selection.patches, "splits": selection.splits}
         bound = {"requested_max_error_m": max_error_m, "certified_max_error_m": selection.certified_px}
-        return triangles, counts | bound | loaded
+        return triangles, cast(WholeMapMesh, counts | bound | loaded)
 
     def _everywhere(self, max_error_m: float) -> tuple[Selection, dict[str, Any]]:
         """The mesh of the whole map; of a store after all its tiles are loaded."""

@@ -47,7 +47,7 @@ from .contour_labels import contour_labels
 from .draped import OverlayLines, fills
 from .edit import Editor
 from .facts import Facts, PlaceSeen, facts_of, place_seen
-from .frame import DrawnFrame, Frame, Stats
+from .frame import DrawnFrame, Frame, Measured, Stats
 from .gpu_resources import GpuResources
 from .inspector import Inspector
 from .methods import BASELINES, Selectors
@@ -229,7 +229,7 @@ class Renderer:
 
         stats = yield from self.draw_steps(camera, max_error_px, size, fine, receive, gradual, exact, **options)
         drawn = self.inspector.frame
-        return Frame(image, cast(Stats, stats), None if size else lambda: self._facts(drawn))
+        return Frame(image, stats, None if size else lambda: self._facts(drawn))
 
     @in_session
     def _facts(self, drawn: DrawnFrame | None) -> Facts:
@@ -256,7 +256,7 @@ class Renderer:
         receive: Receive | None = None,
         exact: bool = False,
         **options: Unpack[OtherOptions],
-    ) -> dict[str, Any]:
+    ) -> Stats:
         """Like `render`, but the picture stays on the GPU (`picture`); returns the stats."""
         with self.session.turn():
             return drain(self.draw_steps(camera, max_error_px, size, fine, receive, False, exact, **options))
@@ -273,7 +273,7 @@ class Renderer:
         exact: bool = False,
         earlier: DrawnFrame | None = None,
         **options: Unpack[OtherOptions],
-    ) -> Steps[dict[str, Any]]:
+    ) -> Steps[Stats]:
         """Incremental `draw`; yields progress from 0 to 1 and returns the stats. Draw nothing else in between.
 
         Parameters
@@ -383,12 +383,10 @@ class Renderer:
         clip = clip_of_depth(projection, self.terrain.heightmap.exaggeration)
         where = {"corner": box[:2], "clip": clip, "zero_to_one": zero_to_one, "has_sky": has_sky}
         self.picture.draw_into(state, {**where, "far": 0.0 if REVERSED[depth] else 1.0})
-        return cast(Stats, stats)
+        return stats
 
     @in_session
-    def choose(
-        self, camera: Camera, max_error_px: float | None = None, **options: Unpack[OtherOptions]
-    ) -> dict[str, Any]:
+    def choose(self, camera: Camera, max_error_px: float | None = None, **options: Unpack[OtherOptions]) -> Stats:
         """Choose the mesh like `draw`, but draw no picture; returns the stats. `inspector` then has the mesh."""
         with self.timer.frame():
             frame = self.select(camera, self.size, FrameOptions(max_error_px, **options))
@@ -450,7 +448,7 @@ class Renderer:
         self._edition = object()
         self.inspector.frame = None
 
-    def measure(self) -> dict[str, Any]:
+    def measure(self) -> Measured:
         """The last frame's stats with its achieved error: see `Inspector.measure`."""
         return self.inspector.measure()
 
@@ -564,7 +562,8 @@ class Renderer:
         if self.streaming and frame.options.shading.is_lit:
             frame.loaded["tiles_unlit"] = self.picture.lighting.missing
         times = {"ms": dict(self.timer.ms), "ms_clock": self.timer.clock, "voids": self.heightmap.voids}
-        frame.stats = frame.summary() | frame.loaded | self._gl | times | {"gpu_bytes": self.resources.gpu_bytes}
+        numbers = frame.summary() | frame.loaded | self._gl | times | {"gpu_bytes": self.resources.gpu_bytes}
+        frame.stats = cast(Measured, numbers)
         if self.overlays:
             frame.stats["overlay_samples"] = self._laid.drawn
         return frame

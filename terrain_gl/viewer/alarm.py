@@ -10,9 +10,10 @@ import platform
 from dataclasses import asdict
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..basics.version import __version__
+from ..renderer.frame import Stats
 from .frame_stats import achieved_px
 from .scene import FrameSpec, Scene
 
@@ -25,7 +26,7 @@ class Broken(NamedTuple):
     certified_px: float
 
 
-def broken_sides(stats: list[dict[str, Any]], measured: list[dict[str, float]]) -> list[Broken]:
+def broken_sides(stats: list[Stats], measured: list[dict[str, float]]) -> list[Broken]:
     """The sides of a picture that break their promise, given the stats and the achieved errors of each side."""
     found = []
     for side, (numbers, achieved) in enumerate(zip(stats, measured, strict=False)):
@@ -51,9 +52,7 @@ class Alarm:
         self.line = ""
         self._reported: FrameSpec | None = None
 
-    def watch(
-        self, scene: Scene, spec: FrameSpec, stats: list[dict[str, Any]], measured: list[dict[str, float]]
-    ) -> None:
+    def watch(self, scene: Scene, spec: FrameSpec, stats: list[Stats], measured: list[dict[str, float]]) -> None:
         """Compare the numbers of the picture of `spec`; `measured` is empty until all its sides are measured."""
         broken = broken_sides(stats, measured)
         if not broken:
@@ -62,7 +61,7 @@ class Alarm:
             self._reported = spec
             self.line = self._report(scene, spec, stats, broken)
 
-    def _report(self, scene: Scene, spec: FrameSpec, stats: list[dict[str, Any]], broken: list[Broken]) -> str:
+    def _report(self, scene: Scene, spec: FrameSpec, stats: list[Stats], broken: list[Broken]) -> str:
         worst = max(broken, key=lambda each: each.achieved_px / max(each.certified_px, 1e-9))
         line = f"PROMISE BROKEN: achieved {worst.achieved_px:.3f} px, certified {worst.certified_px:.3f} px"
         if self.folder is None:

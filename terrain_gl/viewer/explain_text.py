@@ -1,16 +1,14 @@
 """Texts of the window: why a patch is drawn as it is, and a line for each side of a split picture."""
 
-from typing import Any
-
 import numpy as np
 
 from ..basics.words import metres
+from ..renderer.frame import Stats
 from ..renderer.methods import EVERY_POST
 from ..renderer.options import FrameOptions
 from ..verify.explain import Choice, Explanation
 from .frame_stats import bound_words
 
-Stats = dict[str, Any]
 HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
 
 

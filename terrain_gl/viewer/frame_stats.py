@@ -4,9 +4,9 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 from ..gpu import gl
+from ..renderer.frame import Stats
 from .frame_budget import FULL, Way
 
 STAGES = ("lod", "draw", "shade")
@@ -22,7 +22,7 @@ class FrameStats:
     is_preview: bool = False  # whether a coarse sample of the map is shown; nothing is certified or measured
     awaits_map: bool = False  # whether the map itself comes soon, so that the sample needs no light
     fps: float | None = None  # frames a second in motion; None at rest
-    stats: dict[str, Any] = field(default_factory=dict)  # as `Renderer.draw` returns them
+    stats: Stats = field(default_factory=Stats)  # as `Renderer.draw` returns them
     measured_px: dict[str, float] | None = None  # achieved error by metric; None until it is measured
     way: Way = FULL  # how the picture is drawn
     is_sketch: bool = False  # whether this is the preview of a new split; the numbers are those of the picture before
@@ -38,35 +38,38 @@ class FrameStats:
         return achieved_px(self.stats, self.measured_px)
 
 
-def achieved_px(stats: dict[str, Any], measured_px: dict[str, float] | None) -> float | None:
+def achieved_px(stats: Stats, measured_px: dict[str, float] | None) -> float | None:
     """The achieved error in the metric of the bound; None if it is not measured yet."""
     return measured_px[stats["certified_metric"]] if measured_px else None
 
 
-def bound_words(stats: dict[str, Any], form: str) -> str:
+def bound_words(stats: Stats, form: str) -> str:
     """The certified bound, or that there is none; and how many cracks the mesh has, in the style that shows them."""
     px = stats.get("certified_max_error_px")
     cracks = f", {stats['cracks']:,} cracks" if "cracks" in stats else ""
     return ("no bound" if px is None else f"bound {px:{form}} px") + cracks
 
 
-def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:
+def without_bounds(stats: Stats) -> Stats:
     """The stats of a preview. Because it is not the whole map, nothing is certified."""
     return stats | {"certified_max_error_px": None, "complete": False}
 
 
-def in_window_px(stats: dict[str, Any], shrink: int) -> dict[str, Any]:
+def in_window_px(stats: Stats, shrink: int) -> Stats:
     """The stats of a picture that is shown `shrink` times as large: bound and tolerance in pixels of the window."""
-    in_px = {key: stats[key] for key in ("certified_max_error_px", "requested_max_error_px")}
-    return stats | {key: None if px is None else shrink * px for key, px in in_px.items()}
+    bound_px, asked_px = stats["certified_max_error_px"], stats["requested_max_error_px"]
+    return stats | {
+        "certified_max_error_px": bound_px and shrink * bound_px,
+        "requested_max_error_px": asked_px and shrink * asked_px,
+    }
 
 
-def drawing_ms(stats: dict[str, Any]) -> float:
+def drawing_ms(stats: Stats) -> float:
     """Milliseconds that the GPU took for a frame."""
     return sum(stats["ms"].get(stage, 0.0) for stage in STAGES)
 
 
-def clock(stats: dict[str, Any]) -> str:
+def clock(stats: Stats) -> str:
     """The clock that measured the milliseconds."""
     if stats["ms_clock"] == "cpu":
         return "by the CPU's clock: this driver has no timer queries"
@@ -98,7 +101,7 @@ class History:
 
     records: deque[Record] = field(default_factory=lambda: deque(maxlen=FRAMES))
 
-    def add(self, stats: dict[str, Any]) -> None:
+    def add(self, stats: Stats) -> None:
         ms = {stage: stats["ms"].get(stage, 0.0) for stage in STAGES}
         bound_px = stats["certified_max_error_px"]
         drawable = bound_px is not None and math.isfinite(bound_px)  # a budget may have no finite bound

@@ -39,6 +39,7 @@ from ..gpu.textures import from_top
 from ..heightmap import Heightmap
 from ..image import png_bytes
 from ..renderer import Renderer
+from ..renderer.frame import Stats
 from ..renderer.options import FrameOptions, RenderOptions
 from ..renderer.overlay import Overlay
 from .app import App
@@ -138,7 +139,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         return scene.for_renderer(scene.controller.camera)
 
     @property
-    def stats(self) -> dict[str, Any]:
+    def stats(self) -> Stats:
         """The stats of the last frame: docs/stats.md."""
         return self.viewer.painter.frame.stats
 

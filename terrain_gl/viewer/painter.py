@@ -13,13 +13,12 @@ light is made. A preview of a map gets no light, no bound and no measurement.
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import moderngl
 
 from ..basics.steps import Steps, drain
 from ..renderer import Renderer
-from ..renderer.frame import DrawnFrame
+from ..renderer.frame import DrawnFrame, Stats
 from ..renderer.names import Label
 from ..renderer.options import LOOSEST_PX, FrameOptions
 from .canvas import Canvas
@@ -45,7 +44,7 @@ class Painter:
         self.light = LightBuilder(budget)
         self.history = History()
         self.frame = FrameStats("", (0, 0))  # numbers of the last picture
-        self.side_stats: list[dict[str, Any]] = []  # numbers of each side of the last picture
+        self.side_stats: list[Stats] = []  # numbers of each side of the last picture
         self.side_measured: list[dict[str, float]] = []  # achieved error by metric; none until all sides are measured
         self.meshes: list[DrawnFrame] = []  # of each side of the last picture
         self.drawn: FrameSpec | None = None  # what the canvas shows; None if the canvas is out of date
@@ -226,7 +225,7 @@ class Painter:
             return True
         return (measure and self._measure(renderer)) or was_moving
 
-    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], way: Way, renderer: Renderer) -> None:
+    def _note(self, spec: FrameSpec, stats: list[Stats], way: Way, renderer: Renderer) -> None:
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
         stats = [in_window_px(each, way.shrink) for each in stats]

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -163,7 +163,7 @@ class Saver:
         for side, options in enumerate(spec.sides):
             with self._for_a_file():
                 steps = renderer.draw_steps(spec.camera, size=spec.size, receive=receive, **vars(options))
-                stats.append(cast(Stats, (yield from portion(steps, side, len(spec.sides)))))
+                stats.append((yield from portion(steps, side, len(spec.sides))))
         with suppress(TerrainError):  # there is no font
             stamp(picture, 0, name_stamps(spec.size, seen))
         return picture, stats
@@ -196,7 +196,7 @@ class Saver:
         self._writing = threading.Thread(target=write, args=(path, *what), name=f"writing {path}")
         self._writing.start()
 
-    def _write_picture(self, path: Path, picture: np.ndarray, stats: list[dict[str, Any]]) -> None:
+    def _write_picture(self, path: Path, picture: np.ndarray, stats: list[Stats]) -> None:
         """Write the picture, and the stats of its sides beside it."""
         numbers = path.with_suffix(".json")
         with self._told():

@@ -10,6 +10,7 @@ from ..camera import Camera
 from ..files.views import standard_sun, standard_view
 from ..gpu.context import from_glfw_window
 from ..heightmap import Heightmap
+from ..renderer.frame import Stats
 from ..renderer.options import FrameOptions, RenderOptions
 from ..renderer.overlay import Overlay
 from .app import App
@@ -40,7 +41,7 @@ def run(
     line_of: Callable[..., str] | None = None,
     overlays: tuple[Overlay, ...] = (),
     **options: Unpack[RenderOptions],
-) -> dict[str, Any]:
+) -> Stats:
     """Show a map in a window until the user closes it.
 
     Parameters
@@ -133,7 +134,7 @@ class Window:
         memory: Memory,
         line_of: Callable[..., str] | None = None,
         stations: list[Station] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Stats:
         """Draw frames until the user closes the window; returns the stats of the last one."""
         app = self._app = App(self.ctx, self.ctx.screen, self._size_px, settings, memory, self._scale)
         viewer = app.viewer
