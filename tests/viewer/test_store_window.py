@@ -14,7 +14,7 @@ from viewers import Ticking, later, seen, set_budget, settle, swift, texts
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
-from terrain_gl.files import huge
+from terrain_gl.files import maps
 from terrain_gl.files.edits import read_edits
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
@@ -493,13 +493,13 @@ def raster(tmp_path, monkeypatch):
     with rasterio.open(tmp_path / "huge.tif", "w", transform=transform, **profile) as file:
         file.write((x + 0.5 * y).astype("f4"), 1)
     monkeypatch.setattr("terrain_gl.basics.limits.MAX_SIDE", 350)
-    monkeypatch.setattr(huge, "LONGEST", 100)
+    monkeypatch.setattr(maps, "LONGEST", 100)
     monkeypatch.chdir(tmp_path)
     return "huge.tif"
 
 
 def test_a_huge_raster_is_sampled_and_a_store_is_offered(raster):
-    few, offer = huge.sample(raster, Reading())
+    few, offer = maps.sample(raster, Reading())
     assert few.heights.shape == (75, 100) and few.extent_m == pytest.approx((3990, 2990))
     assert few.range_m[0] < 5 and few.range_m[1] > 540
     assert "400 x 300 posts" in offer and "terrain-gl build huge.tif -o huge.zarr" in offer and "\n" not in offer
