@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
@@ -84,6 +85,7 @@ SIMPLE = {
     "short colours": ({"stroke": "f00", "fill": "#0f0", "fill-opacity": 1}, RED, 1.0, GREEN),
     "opacity and width": ({"stroke": "#0000ff", "stroke-opacity": 0.5, "stroke-width": 4}, (0, 0, 255, 128), 2.0, None),
     "marker-color": ({"marker-color": "#00ff00"}, GREEN, 1.0, None),
+    "a name": ({"stroke": "red", "fill": "Blue", "fill-opacity": 1}, RED, 1.0, BLUE),
     "no colours": ({"stroke": "mauve", "stroke-width": "wide", "name": "x"}, None, 1.0, None),
     "numbers as text": ({"fill": "#0000ff", "fill-opacity": "1.0", "stroke-width": "0"}, None, 0.0, BLUE),
 }
@@ -105,6 +107,11 @@ SEGMENT = '<trkseg><trkpt lat="1" lon="1"/><trkpt lat="9" lon="9"/></trkseg>'
 EXTENSIONS = {
     "Garmin": ('<g:TrackExtension xmlns:g="g"><g:DisplayColor>Red</g:DisplayColor></g:TrackExtension>', RED),
     "OsmAnd": ('<o:color xmlns:o="o">#ff0000ff</o:color>', BLUE),
+    "OsmAnd, half opaque": ('<o:color xmlns:o="o">#800000ff</o:color>', (0, 0, 255, 128)),
+    "GPX Style, half opaque": (
+        '<s:line xmlns:s="s"><s:color>00FF00</s:color><s:opacity>0.5</s:opacity></s:line>',
+        (0, 255, 0, 128),
+    ),
     "GPX Style": ('<s:line xmlns:s="s"><s:color>00FF00</s:color><s:width>2</s:width></s:line>', GREEN),
     "none": ("<speed>3</speed>", None),
 }  # fmt: skip
@@ -116,6 +123,47 @@ def test_colours_of_gpx(folder, name):
     plain = f"<trk>{SEGMENT}</trk>"
     overlay = read(folder, "a.gpx", GPX.format(f"<trk><extensions>{text}</extensions>{SEGMENT}</trk>{plain}"))
     assert [each.stroke for each in overlay.styles] == [stroke, None]
+
+
+def test_a_style_of_a_gpx_file_is_that_of_all_its_tracks(folder):
+    """As OsmAnd writes it, after the tracks."""
+    of_file, own = EXTENSIONS["OsmAnd"][0], EXTENSIONS["Garmin"][0]
+    tracks = f"<trk>{SEGMENT}</trk><trk><extensions>{own}</extensions>{SEGMENT}</trk>"
+    overlay = read(folder, "a.gpx", GPX.format(f"{tracks}<extensions>{of_file}</extensions>"))
+    assert [each.stroke for each in overlay.styles] == [BLUE, RED]
+
+
+WAY = {"type": "Feature", "properties": {}, "geometry": {"type": "LineString", "coordinates": SQUARE[:2]}}
+
+
+@pytest.mark.parametrize(("before", "between"), [("", "\n"), ("\x1e", "\n\x1e"), ("", "\r\n")])
+def test_a_sequence_of_features(folder, before, between):
+    overlay = read(folder, "a.geojsonl", before + between.join([json.dumps(WAY)] * 3) + "\n")
+    assert len(overlay.lines) == 3
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_encodings_of_geojson(folder, encoding):
+    (folder / "a.geojson").write_text(json.dumps(WAY), encoding=encoding)
+    assert len(read_overlay("a.geojson", land()).lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.topojson", b'{"type": "Topology"}', "TopoJSON: .* ogr2ogr -f GeoJSON a.geojson a.topojson"),
+        ("a.fgb", b"fgb\x03fgb\x01\xb4", "ogr2ogr -f GeoJSON a.geojson a.fgb"),
+        ("a.gml", b"<FeatureCollection/>", "ogr2ogr -f GeoJSON"),
+        ("a.gpkg", b"SQLite format 3\0", "is a database, [^;]*: ogr2ogr -f GeoJSON a.geojson a.gpkg$"),
+        ("a.geojson", b"var x = {}", "has an error"),
+        ("a.geojson", b'{"type": "Feature"', "breaks off"),
+    ],
+)
+def test_other_kinds_are_told_the_next_step(folder, name, content, words):
+    (folder / name).write_bytes(content)
+    with pytest.raises(TerrainError, match=words) as caught:
+        read_overlay(name, land())
+    assert "codec" not in str(caught.value)
 
 
 def test_fills_leave_holes_empty_and_lie_over_each_other(folder):

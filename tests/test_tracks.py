@@ -185,7 +185,7 @@ def test_a_doctype_is_refused_in_one_line(degrees, tmp_path, doctype, encoding):
         ("<gpx>" + 5000 * "<a>", "no whole XML"),
         (
             "no file of any kind",
-            "is no GeoJSON, and no GPX, KML, TCX, NMEA or IGC: convert it with ogr2ogr or gpsbabel",
+            "is no GeoJSON, and no GPX, KML, TCX, NMEA or IGC: convert it with gpsbabel, or ogr2ogr -f GeoJSON",
         ),
     ],
 )

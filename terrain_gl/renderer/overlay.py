@@ -127,14 +127,32 @@ def _read(name: str) -> tuple[Any, Any]:
     except (ValueError, RecursionError) as error:
         raise TerrainError(f"{name}: {_words(error, 110)}") from None
     try:
-        content = json.loads(text)
+        content = _json_of(text)
     except (ValueError, RecursionError) as error:
-        step = None if text.lstrip().startswith((b"{", b"[")) else step_for(name, name, text[:512])
+        is_json = text.lstrip().startswith((b"{", b"[")) or name.lower().endswith(("json", "jsonl"))
+        step = None if is_json else step_for(name, name, text[:512])
         if step and "--overlay:" in step:
-            raise TerrainError(step) from None
-        advice = f"convert it with ogr2ogr or gpsbabel ({_words(error)})"
+            raise TerrainError(re.sub(", not a grid of heights:.*--overlay:", ":", step).partition(";")[0]) from None
+        advice = f"it breaks off or has an error ({_words(error)})" if is_json else _converted(name)
         raise TerrainError(f"{name}: is no GeoJSON, and no {tracks.FORMATS}: {advice}") from None
+    if isinstance(content, Mapping) and content.get("type") == "Topology":
+        raise TerrainError(f"{name}: is TopoJSON: {_converted(name)}")
     return content, _crs_of(content)
+
+
+def _converted(name: str) -> str:
+    return f"convert it with gpsbabel, or ogr2ogr -f GeoJSON {os.path.splitext(name)[0]}.geojson {name}"
+
+
+def _json_of(text: bytes) -> Any:
+    """JSON, or a sequence of GeoJSON features, one a line (RFC 8142)."""
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        if error.msg != "Extra data" and not text.startswith(b"\x1e"):
+            raise
+    lines = [line for line in re.split(rb"[\x1e\r\n]+", text) if line.strip()]
+    return {"type": "FeatureCollection", "features": [json.loads(line) for line in lines]}
 
 
 def _crs_of(content: Any) -> Any:
@@ -193,8 +211,9 @@ def _style_in(feature: Any) -> Style:
 
 
 def _colour(text: Any, opacity: Any, usual: float) -> Colour | None:
-    """A colour of three or six hexadecimal digits, with its opacity; None for any other text."""
-    found = _HEX.fullmatch(str(text).strip()) if text else None
+    """A colour of three or six hexadecimal digits, or its name, with its opacity; None for any other text."""
+    word = str(text).strip().lower() if text else ""
+    found = _HEX.fullmatch(tracks.NAMED.get(word, word))
     if not found:
         return None
     digits = found[1] if len(found[1]) == 6 else "".join(2 * digit for digit in found[1])

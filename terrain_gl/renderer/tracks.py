@@ -63,7 +63,9 @@ def track_in(content: bytes) -> dict[str, Any] | None:
     A ValueError says what is wrong with the XML.
     """
     start = content[:64].removeprefix(b"\xef\xbb\xbf").lstrip()
-    if not start.startswith((b"<", b"\xff\xfe", b"\xfe\xff")):
+    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
+        start = start.decode("utf-16", "ignore").lstrip().encode()
+    if not start.startswith(b"<"):
         return _track_of(content.decode("ascii", "replace"))
     try:
         root = ElementTree.fromstring(content, ElementTree.XMLParser(target=_NoDoctype()))
@@ -71,7 +73,7 @@ def track_in(content: bytes) -> dict[str, Any] | None:
         raise ValueError(f"is no whole XML: {error}") from None
     kind = _name(root)
     if kind not in _READERS:
-        raise ValueError(f"is XML of the kind {kind[:40]!r}, not {_XML}")
+        raise ValueError(f"is XML of the kind {kind[:40]!r}, not {_XML}: convert it with ogr2ogr -f GeoJSON")
     return {"type": "FeatureCollection", "features": list(_READERS[kind](root))}
 
 
@@ -101,10 +103,11 @@ def _angle(parts: tuple[str, str, str], of_degree: float) -> float:
 
 def _gpx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
     """Tracks by their segments, routes and waypoints."""
-    style: dict[str, Any] = {}
+    of_file = _gpx_style(root)
+    style = of_file
     for element in root.iter():
         if _name(element) in ("trk", "rte"):
-            style = _gpx_style(element)
+            style = of_file | _gpx_style(element)
         if _name(element) in ("trkseg", "rte"):
             points = [point for point in element if _name(point) in ("trkpt", "rtept")]
             yield _feature([_degrees(point.get("lon"), point.get("lat")) for point in points], **style)
@@ -113,8 +116,8 @@ def _gpx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
             yield _feature([_degrees(element.get("lon"), element.get("lat"))], name, **_gpx_style(element))
 
 
-# of Garmin's DisplayColor
-_NAMED = {
+# of Garmin's DisplayColor; names in other files are the same
+NAMED = {
     "black": "000000",
     "white": "ffffff",
     "red": "ff0000",
@@ -122,20 +125,24 @@ _NAMED = {
     "blue": "0000ff",
     "yellow": "ffff00",
 }
-_NAMED |= {"cyan": "00ffff", "magenta": "ff00ff", "darkred": "8b0000", "darkgreen": "006400", "darkblue": "00008b"}
-_NAMED |= {"darkyellow": "808000", "darkcyan": "008b8b", "darkmagenta": "8b008b", "lightgray": "d3d3d3"}
-_NAMED |= {"darkgray": "a9a9a9"}
+NAMED |= {"cyan": "00ffff", "magenta": "ff00ff", "darkred": "8b0000", "darkgreen": "006400", "darkblue": "00008b"}
+NAMED |= {"darkyellow": "808000", "darkcyan": "008b8b", "darkmagenta": "8b008b", "lightgray": "d3d3d3"}
+NAMED |= {"darkgray": "a9a9a9"}
 
 
 def _gpx_style(element: ElementTree.Element) -> dict[str, Any]:
-    """Colour and width in the extensions of a track, as Garmin, OsmAnd and GPX Style write them."""
+    """Colour, opacity and width in extensions of a track or of a file, as Garmin, OsmAnd and GPX Style write them."""
     extensions = next((each for each in element if _name(each) == "extensions"), None)
     found: dict[str, Any] = {}
     for each in extensions.iter() if extensions is not None else ():
         text = (each.text or "").strip()
         if _name(each) in ("color", "DisplayColor"):
-            digits = _NAMED.get(text.lower(), text.lstrip("#"))
-            found["stroke"] = digits[-6:] if len(digits) == 8 else digits  # OsmAnd writes aarrggbb
+            digits = NAMED.get(text.lower(), text.lstrip("#"))
+            found["stroke"] = digits[-6:]
+            if re.fullmatch("[0-9a-fA-F]{8}", digits):  # OsmAnd writes aarrggbb
+                found["stroke-opacity"] = int(digits[:2], 16) / 255
+        elif _name(each) == "opacity":
+            found["stroke-opacity"] = text
         elif _name(each) == "width":
             found["stroke-width"] = text
     return found
