@@ -377,3 +377,56 @@ def test_a_dropped_view_gives_its_memory_back_unless_it_was_shown(folder):
     contexts, early, late = map(int, done.stdout.split()[-3:])
     assert contexts == 1  # that of the view that was shown
     assert late - early < 60, "MiB of 20 views"
+
+
+CELL = """
+import weakref
+import numpy as np
+import terrain_gl as tg
+from terrain_gl.viewer.notebook import View
+try: views
+except NameError: views = []
+view = View(tg.Heightmap(np.outer(*[np.hanning(33)] * 2) * 50, 10.0), size=(32, 24), style="normals")
+views.append(weakref.ref(view))
+view
+"""
+ALIVE = "print([each() is not None for each in views])"
+
+
+@pytest.fixture
+def kernel(folder):
+    """A function that runs a cell of a notebook, named as Jupyter names it, and returns what it prints."""
+    manager = pytest.importorskip("jupyter_client", reason="the extra [notebook] is not installed")
+    _, client = manager.manager.start_new_kernel(kernel_name="python3")
+
+    def ran(code, cell):
+        content = {"code": code, "silent": False, "store_history": True, "user_expressions": {}, "allow_stdin": False}
+        message = client.session.msg("execute_request", content, metadata={"cellId": cell} if cell else {})
+        client.shell_channel.send(message)
+        printed = ""
+        while True:
+            reply = client.get_iopub_msg(timeout=120)
+            if reply["parent_header"].get("msg_id") != message["header"]["msg_id"]:
+                continue
+            if reply["msg_type"] == "stream" and reply["content"]["name"] == "stdout":
+                printed += reply["content"]["text"]
+            assert reply["msg_type"] != "error", reply["content"]
+            if reply["msg_type"] == "status" and reply["content"]["execution_state"] == "idle":
+                return printed.strip()
+
+    yield ran
+    client.shutdown()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cell", ["a", ""])
+def test_a_cell_that_runs_again_gives_back_the_memory_of_its_views(kernel, cell):
+    """The views of earlier runs go; without the name of the cell, nobody knows what the page shows, and all stay."""
+    for _ in range(4):
+        kernel(CELL, cell)
+    assert kernel(ALIVE, "b") == str([not cell] * 3 + [True])
+    kernel("other = view; other", "c")  # shown in two cells
+    kernel(CELL, cell)
+    assert kernel(ALIVE, "b") == str([not cell] * 3 + [True, True])
+    kernel("other = None; 1", "c")
+    assert kernel(ALIVE, "b") == str([not cell] * 3 + [True, True]), "the page may still show it"

@@ -11,6 +11,7 @@ events.
 
 import asyncio
 import base64
+import gc
 import os
 import time
 from typing import Any, Unpack
@@ -20,6 +21,7 @@ import moderngl
 import numpy as np
 
 try:
+    from IPython import get_ipython
     from IPython.display import DisplayHandle, display
     from ipywidgets.widgets import widget
     from jupyter_rfb import RemoteFrameBuffer
@@ -51,6 +53,7 @@ from .window_state import Size
 NOTCH_PX = 100.0  # pixels that browsers report for one notch of the wheel
 MOST_PX = 8192
 _KEPT = getattr(widget, "_instances", {})  # ipywidgets keeps every widget here until it is closed
+_SHOWN: dict[str, tuple[str, list[Any]]] = {}  # of each cell of a notebook: its last run, and the views that it shows
 _BUTTONS = {1: "left", 2: "right", 3: "middle"}
 _NAMED = {"ArrowLeft": "left", "ArrowRight": "right", "ArrowUp": "up", "ArrowDown": "down", " ": "space"}
 _DIGITS = dict(zip("!@#$%^&*(", "123456789", strict=True))  # with Shift, on most keyboards
@@ -58,6 +61,9 @@ _DIGITS = dict(zip("!@#$%^&*(", "123456789", strict=True))  # with Shift, on mos
 
 class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     """A map in a widget.
+
+    A view that nobody has a name for gives back its memory: if it was never shown, or if its cell has run again and
+    shows another one. The page still shows any other view until `close`.
 
     Parameters
     ----------
@@ -196,6 +202,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
         """The widget. Before it, the still picture is shown until a front end is live."""
         _KEPT[self.model_id] = self  # the page may show it when no name has it any more
+        _note_shown(self)
         if not self._closed and not self._welcomed:
             picture = base64.b64encode(png_bytes(self.picture())).decode("ascii")
             data = {"image/png": picture, "text/plain": repr(self)}
@@ -276,6 +283,44 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     def _place(self, event: dict[str, Any]) -> tuple[float, float]:
         """The cursor in pixels of the picture."""
         return event["x"] * self._ratio, event["y"] * self._ratio
+
+
+def _note_shown(view: View) -> None:
+    """Let go of the views that an earlier run of this cell showed: the page has no output of that run any more."""
+    shell: Any = get_ipython()
+    parent: dict[str, Any] = getattr(shell, "get_parent", dict)()
+    cell, run = parent.get("metadata", {}).get("cellId"), parent.get("header", {}).get("msg_id")
+    if not cell:
+        return
+    before, shown = _SHOWN.get(cell, (run, []))
+    _SHOWN[cell] = run, [*shown, view] if before == run else [view]
+    still = {id(each) for _, views in _SHOWN.values() for each in views}
+    for old in shown:
+        if id(old) not in still:
+            _KEPT.pop(old.model_id, None)
+            _forget_output(shell, old)
+    if shown and before != run:
+        shell.events.register("post_run_cell", _collect)  # the run's own result still has the view
+
+
+def _collect(_: object) -> None:
+    """Free what has no name now: views are in cycles, and Python does not count their memory."""
+    shell: Any = get_ipython()
+    shell.events.unregister("post_run_cell", _collect)
+    gc.collect()
+
+
+def _forget_output(shell: Any, view: View) -> None:
+    """Forget a view as a result of IPython (`_`, `__`, `___`, `_5`, `Out[5]`); names that the user gave stay."""
+    for name in ("_", "__", "___"):
+        if getattr(shell.displayhook, name, None) is view:
+            setattr(shell.displayhook, name, "")
+            shell.push({name: ""}, interactive=False)
+    results = shell.user_ns.get("_oh", {})
+    for number in [number for number, result in results.items() if result is view]:
+        for names in (shell.user_ns, shell.user_ns_hidden):
+            names.pop(f"_{number}", None)
+        del results[number]
 
 
 def _release(ctx: moderngl.Context, app: App) -> None:
