@@ -17,6 +17,7 @@ from .basics.version import __version__
 if TYPE_CHECKING:
     from .camera import Camera
     from .files.checking import check
+    from .files.maps import bundled_map
     from .gpu.context import create_context
     from .heightmap import Heightmap
     from .renderer import Renderer
@@ -35,6 +36,7 @@ __all__ = [
     "TerrainError",
     "UsageError",
     "__version__",
+    "bundled_map",
     "check",
     "create_context",
     "show",
@@ -47,6 +49,7 @@ _MODULES = {
     "RenderOptions": "renderer.options",
     "Renderer": "renderer",
     "Stats": "renderer.frame",
+    "bundled_map": "files.maps",
     "check": "files.checking",
     "create_context": "gpu.context",
     "show": "viewer.showing",

@@ -112,8 +112,10 @@ def seen_from(
 
 def _places(name: str, given: ArrayLike) -> np.ndarray:
     places = np.asarray(given, np.float64)
-    if places.shape[-1:] != (3,) or not np.isfinite(places).all():
+    if places.shape[-1:] != (3,):
         raise UsageError(f"{name}: expected places X,Y,Z in metres, an array (..., 3), got shape {places.shape}")
+    if not np.isfinite(places).all():
+        raise UsageError(f"{name}: a place is not a finite number; height_at is NaN off the map and over voids")
     return places
 
 

@@ -208,7 +208,7 @@ def test_heights_of_many_places():
     "call, words",
     [
         (lambda h: h.sees((0, 0), (1, 1, 1)), "a: expected places"),
-        (lambda h: h.sees((0, 0, 0), (1, np.nan, 1)), "b: expected places"),
+        (lambda h: h.sees((0, 0, 0), (1, np.nan, 1)), "b: a place is not a finite"),
         (lambda h: h.sees(np.zeros((2, 3)), np.zeros((4, 3))), "as many places"),
         (lambda h: h.sees((0, 0, 0), (1, 1, 1), curvature="round"), "curvature"),
         (lambda h: h.sees((0, 0, 0), (1, 1, 1), refraction=1.5), "refraction"),

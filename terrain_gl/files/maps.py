@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import TerrainError, UsageError
 from ..basics.limits import is_too_large, store_command
 from ..basics.resources import folder
 from ..camera import Camera, Vector
@@ -72,6 +72,24 @@ def find_bundled(name_or_path: str) -> BundledMap | None:
     if name_or_path not in maps:
         raise TerrainError(f"{name_or_path}: neither a file nor a bundled map ({', '.join(maps)})")
     return maps[name_or_path]
+
+
+def bundled_map(name: str = "alpine") -> Heightmap:
+    """A map that comes with the program.
+
+    Parameters
+    ----------
+    name
+        "alpine", "canyon", or the same with fewer posts: "alpine-30m", "canyon-15m".
+
+    Raises
+    ------
+    UsageError
+        Another name.
+    """
+    if name not in bundled():
+        raise UsageError(f"{name}: is no bundled map, only {', '.join(bundled())}; Heightmap.open reads files")
+    return open_map(bundled()[name].path)[0]
 
 
 def files_read(name_or_path: str) -> list[str]:
