@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..gpu.passes import DrawPass, Feed, State
+from ..gpu.passes import Box, DrawPass, Feed, State
 from ..heightmap import Heightmap, ground_m
 from ..shade.picture import Picture
 
@@ -35,17 +35,22 @@ class Lines:
         size: tuple[int, int],
         lines: Sequence[Line],
         width_px: float = 2.0,
+        left_px: int = 0,
+        scissor: Box | None = None,
     ) -> None:
-        """Draw lines into a target of `size`, as `camera` sees them."""
+        """Draw lines into a target of `size`, as `camera` sees them.
+
+        `left_px`: by how many columns the picture is moved to the right; `scissor`: the part of the target.
+        """
         parts = [_pieces(points, color, camera) for points, color in lines]
         pieces = np.concatenate(parts or [np.zeros(0, PIECE)])
         if not len(pieces):
             return
         self._pieces.orphan(pieces.nbytes)
         self._pieces.write(pieces.tobytes())
-        state = State(target, (0, 0, *size), blends=True, stays_opaque=True)
+        state = State(target, (left_px, 0, *size), scissor, blends=True, stays_opaque=True)
         read = {"Terrain": picture.terrain.resources["Terrain"], **picture.view.resources, "u_depth": picture.depth}
-        uniforms = {"window_px": size, "width_px": width_px}
+        uniforms = {"window_px": size, "width_px": width_px, "left_px": left_px}
         self._pass.draw(state, read, uniforms, self._feed, vertices=4, instances=len(pieces))
 
     def release(self) -> None:

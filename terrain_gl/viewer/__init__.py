@@ -14,13 +14,14 @@ mouse, marks                   clicks and drags; lines over the land
 lecture                        stations with a state of the window, and their texts
 memory, state                  settings that are remembered; a whole state as JSON
 sculpting, saver, explainer, store_tiles  the brush; saved files; why a patch has its detail; missing tiles
+loops, places                  flights for short films; places that the user types
 map_loader, image_reader       load maps, read sky and ground images
 alarm, painter                 watches the promise; draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
 recovery, brush_tool, map_writer, filming, file_dialog, error_box, explain_text
 gui, widgets, gui_draw, theme  Dear ImGui
-advice, box_sum, controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
+advice, box_sum, controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler, split
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The canvas puts one or two sides together to one picture, which the window then shows."""
+"""The canvas holds the picture of each side, and puts them together in the window."""
 
 import moderngl
 
@@ -6,40 +6,58 @@ from ..gpu import gl
 from ..gpu.passes import DrawPass, State
 from ..renderer import Renderer
 from .box_sum import BoxSum
+from .split import WHOLE, Split
 from .window_state import Frame, Size
 
 
 class Canvas:
-    """A picture of the size of the window."""
+    """The pictures of all sides, in the size of the window."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
+        self.size: Size = (1, 1)
         self._passes: dict[str, DrawPass] = {}
-        self._take_size((1, 1))
+        self._pictures: dict[int, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}  # by side
 
-    def compose(self, renderer: Renderer, size: Size, left: float = 0.0, right: float = 1.0) -> None:
-        """Copy the renderer's last picture, stretched to `size`: the columns from `left` to `right`, 0 to 1."""
+    def take(self, renderer: Renderer, size: Size, side: int = 0) -> None:
+        """Keep the renderer's last picture, stretched to `size`, as that of a side."""
         if size != self.size:
-            gl.release_with_pixels(self._framebuffer)
-            self._take_size(size)
-        x0, x1 = round(left * size[0]), round(right * size[0])
-        renderer.picture.show(self._framebuffer, scissor=(x0, 0, x1 - x0, size[1]))
+            self.keep(0)
+            self.size = size
+        if side not in self._pictures:
+            texture = self.ctx.texture(size, 4)
+            self._pictures[side] = texture, self.ctx.framebuffer([texture])
+        renderer.picture.show(self._pictures[side][1])
+
+    def keep(self, sides: int) -> None:
+        """Forget the pictures of other sides than the first ones."""
+        for side in [each for each in self._pictures if each >= sides]:
+            gl.release_with_pixels(self._pictures.pop(side)[1])
 
     def show(
         self,
         target: moderngl.Framebuffer,
+        split: Split = WHOLE,
         lens: tuple[float, float, float, float] | None = None,
-        divider: float | None = None,
     ) -> None:
-        """Copy the canvas to a framebuffer.
+        """Put the sides together in a framebuffer.
 
-        `lens` is a magnifying glass: x and y of its middle from the lower left, radius in pixels, magnification. At
-        `divider`, 0 to 1, the two sides of a split picture meet.
+        A side without a picture of its own shows that of another side. `lens` is a magnifying glass: x and y of its
+        middle from the lower left, radius in pixels, magnification.
         """
-        divider_px = -1.0 if divider is None else divider * self.size[0]
-        uniforms = {"lens": lens or (0.0, 0.0, 0.0, 1.0), "divider_px": divider_px}
+        any_picture = next(iter(self._pictures.values()))
+        pictures = [self._pictures.get(side, any_picture)[0] for side in range(split.sides)]
+        shifts = [part.shift for part in split.parts(self.size[0])]
+        order = sorted(range(split.sides), key=split.is_right)
+        left, right = order[0], order[-1]
+        uniforms = {
+            "lens": lens or (0.0, 0.0, 0.0, 1.0),
+            "divider_px": split.divider * self.size[0] if split.sides > 1 else -1.0,
+            "shift": (shifts[left], shifts[right]),
+        }
         state = State(target, (0, 0, *self.size))
-        self._pass("view/canvas.frag").draw(state, {"u_canvas": self._texture}, uniforms)
+        read = {"u_left": pictures[left], "u_right": pictures[right]}
+        self._pass("view/canvas.frag").draw(state, read, uniforms)
 
     def show_sums(self, box: BoxSum, target: moderngl.Framebuffer, frame: Frame) -> None:
         """Draw a summed-area table of heights and a box of it into a frame (left, bottom, width, height)."""
@@ -48,14 +66,9 @@ class Canvas:
         self._pass("view/sat.frag").draw(State(target, frame), {"Sums": table.buffer}, where)
 
     def release(self) -> None:
-        gl.release_with_pixels(self._framebuffer)
+        self.keep(0)
         for each in self._passes.values():
             each.release()
-
-    def _take_size(self, size: Size) -> None:
-        self.size = size
-        self._texture = self.ctx.texture(size, 4)
-        self._framebuffer = self.ctx.framebuffer([self._texture])
 
     def _pass(self, fragment: str) -> DrawPass:
         if fragment not in self._passes:

@@ -25,6 +25,8 @@ WHEEL = 1.25  # factor of one notch: of the speed, or of the distance to the pla
 HEIGHTS_S = 0.4  # speed of flying: heights above the ground in a second
 LOWEST = 5.0  # below this height above the ground, in spacings, flying gets no slower
 NEARER = 0.3  # part of the distance that is left after flying to a place
+FROM_ABOVE_DEG = -25.0  # elevation at which a place that the user names is seen, or steeper
+OVER_PLACE = 0.1  # its distance, in lengths of the map's longer side
 FARTHEST_PAN = 4.0  # a drag reaches at most this many times the distance of the place where it began
 FARTHEST_MAPS = 30.0  # largest distance of the eye from the middle of the map, in lengths of its longer side
 FAST = 5.0  # speed factor of Shift
@@ -246,6 +248,17 @@ class Controller:
         eye[2] = np.fmax(eye[2], lowest)
         self.travel_to(Pose.of(Camera(vector(eye), vector(place), self.fov_deg)))
         return True
+
+    def above(self, place: np.ndarray) -> Camera:
+        """A camera that sees a place of the land, (3,) in world metres at true height, from above."""
+        elevation = math.radians(min(self.elevation_deg, FROM_ABOVE_DEG))
+        azimuth = math.radians(self.azimuth_deg)
+        flat = math.cos(elevation)
+        ahead = np.array([math.sin(azimuth) * flat, math.cos(azimuth) * flat, math.sin(elevation)])
+        there = np.array(raised(vector(place), self.exaggeration))
+        eye = there - OVER_PLACE * max(self.heightmap.extent_m) * ahead
+        eye[2] = np.fmax(eye[2], self._ground_m(eye) + 2 * min(self.heightmap.spacing_m))
+        return Camera(vector(eye), vector(there), self.fov_deg)
 
     def travel_to(self, pose: Pose) -> None:
         """Travel to a pose, flying."""

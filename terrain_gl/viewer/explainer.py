@@ -28,6 +28,7 @@ class Explainer:
         self.explanation: Explanation | None = None  # of the patch that was clicked
         self.error_box: ErrorBox | None = None  # its box in the table of error counts; None if no table decided
         self.place: np.ndarray | None = None  # the place that was clicked last, in world metres; None for the sky
+        self.at_px = 0.0  # the column of pixels that was clicked last
         self.box: BoxSum | None = None  # the box of the summed-area table under the cursor
         self._split_from: tuple[FrameOptions, FrameOptions] | None = None  # options before a split, and its left side
 
@@ -87,11 +88,21 @@ class Explainer:
         self._split_from = before, left
         self._window.say(f"{compared}, with as many triangles, on one scale of errors; drag the divider; T ends this")
 
+    def swap(self) -> None:
+        """Let the sides of the split picture change places; at first split it so that one side fills the picture."""
+        if self._settings.split:
+            self._settings.swapped = not self._settings.swapped
+            return
+        self.toggle_split()
+        self._settings.split_at(1.0)
+        self._window.say("Shift T shows the other side in the same place; drag the divider; T ends this")
+
     def take_sides(self, sides: list[FrameOptions]) -> None:
         """Show these sides, one or two, from now on."""
         exaggeration = self._scene.exaggeration
         self._settings.sides = [side.otherwise(exaggeration=exaggeration) for side in sides]
         self._settings.active = 0
+        self._settings.swapped = False
         self._split_from = None
 
     @property
@@ -113,6 +124,7 @@ class Explainer:
         """Explain the patch at a pixel; without land there, close the explanation."""
         self.explanation = None
         self._window.refresh()
+        self.at_px = x
         place = self.place = self._pointer.place_under(x, y)
         if place is None or self._painter.drawn is None:
             return

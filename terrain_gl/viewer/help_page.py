@@ -40,7 +40,7 @@ def _keys(ui: Widgets) -> None:
     lines = shown_lines()
     groups = list(GROUPS)
     width, height = imgui.get_io().display_size
-    columns = [groups[:2], groups[2:]] if 0.96 * width > WIDTH_EM * ui.em else [groups]
+    columns = [groups[:3], groups[3:]] if 0.96 * width > WIDTH_EM * ui.em else [groups]
     longest = max(sum(group in column for group, _, _ in lines) + 2 * len(column) for column in columns)
     spacing = imgui.get_style().item_spacing
     room = height / (longest + AROUND_ROWS) - imgui.get_text_line_height()

@@ -185,7 +185,7 @@ class Painter:
             yield from renderer.draw_steps(spec.camera, gradual=gradual, earlier=earlier, **options)
             assert renderer.inspector.frame
             drawn.insert(0, renderer.inspector.frame)
-            self.canvas.compose(renderer, spec.size, *spec.part(side))
+            self.canvas.take(renderer, spec.size, side)
         self.meshes = drawn
         self._note(spec, [frame.stats for frame in drawn], way, renderer)
 
@@ -199,7 +199,7 @@ class Painter:
         for side, options in enumerate(spec.sides):
             plain = replace(options, style="lambert", wires=False, contour_m=None)
             renderer.draw(spec.camera, **vars(_hurried(plain, COARSEST)))
-            self.canvas.compose(renderer, spec.size, *spec.part(side))
+            self.canvas.take(renderer, spec.size, side)
         self.drawn = spec
         self.labels = []
         self.frame.way = COARSEST
@@ -234,6 +234,7 @@ class Painter:
         if way.is_full:
             self._known.add(_kind(spec))
         self.side_stats = stats
+        self.canvas.keep(len(spec.sides))
         self.has_picture = True
         self.frame.stats = stats[0]
         self.frame.way = way

@@ -20,6 +20,7 @@ FULL_HD = 1080  # in windows with more rows of pixels than this, type grows with
 LARGE = 1.5  # size of the type of a lecture, relative to that of the panels; less in a narrow window
 LOW_EM = 36.0  # if fewer rows are free than this many heights of the typeface, explanations are short
 NARROW_EM = 11.0  # a side of a split picture has a legend if it is wider than this
+HINT_LINES = 3  # of the line of help under the panel
 MARGIN = 10.0  # around the panel, in units of length
 _ENDINGS = "name.png: 16-bit steps   name.tif, name.exr: metres"
 _ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
@@ -47,6 +48,7 @@ class Panels:
         self._viewer = viewer
         self._settings = viewer.settings
         self._foot_px = 0.0  # height of the part under the sections
+        self._scrolls_to = ""  # a section that was just opened
         self._free_px = 0.0  # rows of pixels above the windows at the bottom
         self._sections: dict[str, tuple[Callable[[Widgets, Viewer], None], str]] = {
             "Map": (map_section, "Which map is shown, and its scale."),
@@ -113,7 +115,8 @@ class Panels:
         """The names of points and heights of contours, over the picture and behind all panels."""
         draw = ui.imgui.get_background_draw_list()
         taken = self._taken(ui)  # heights of contours would shine through the panel
-        for name, x, y, is_centred in self._viewer.painter.labels:
+        viewer = self._viewer
+        for name, x, y, is_centred in viewer.scene.split.moved(viewer.painter.labels, viewer.window.size[0]):
             if is_centred and x < taken:
                 continue
             width, height = ui.imgui.calc_text_size(name)
@@ -147,8 +150,11 @@ class Panels:
             charts.show(ui, viewer.painter, viewer.scene.controller)
             for title, (show, about) in self._sections.items():
                 imgui.set_next_item_open(self.opened[title])
-                self.opened[title] = imgui.collapsing_header(title)
+                was_open, self.opened[title] = self.opened[title], imgui.collapsing_header(title)
                 ui.hint(title, about)
+                if self.opened[title] and (not was_open or title == self._scrolls_to):
+                    imgui.set_scroll_here_y(0.0)
+                    self._scrolls_to = "" if was_open else title  # once more when the panel knows its new height
                 if self.opened[title]:
                     show(ui, viewer)
             imgui.pop_item_width()
@@ -158,8 +164,11 @@ class Panels:
             ui.button("All keys", "Every key and what it does (H).", "h")
             imgui.same_line()
             ui.button("Hide", "Hide this panel; the key I shows it again.", "i")
+            top_of_hint = imgui.get_cursor_pos_y()
             with ui.wrapped():
                 imgui.text_disabled(ui.hovered_hint or "Point at a control to read what it does.")
+            imgui.set_cursor_pos_y(top_of_hint)  # a long hint does not change the panel's height
+            imgui.dummy((0.0, HINT_LINES * imgui.get_text_line_height_with_spacing()))
             self._foot_px = imgui.get_cursor_pos_y() - top + imgui.get_style().window_padding[1]
         imgui.end()
 
@@ -259,7 +268,9 @@ class Panels:
                 self._side(ui, side)
         if patch := self._viewer.explainer.explanation:
             bottom = self._free_px - MARGIN * ui.scale
-            with ui.window("##patch", (0.99 * width, bottom), (1.0, 1.0)):
+            is_right = self._viewer.explainer.at_px < 0.5 * (self._taken(ui) + width)  # beside its patch, not over it
+            corner = (0.99 * width, 1.0) if is_right else (self._taken(ui) + 0.01 * width, 0.0)
+            with ui.window("##patch", (corner[0], bottom), (corner[1], 1.0)):
                 self._patch(ui, patch, is_short=bottom < LOW_EM * ui.em)
         elif self._settings.sums:
             self._sums(ui)
@@ -267,16 +278,18 @@ class Panels:
     def _side(self, ui: Widgets, side: int) -> None:
         """Build the text on a side of the split picture."""
         columns, rows = self._viewer.window.size
-        begin, end = (columns * share for share in self._viewer.scene.frame_spec().part(side))
-        right = self._viewer.sums_frame[0] if side and self._settings.sums else end
-        width = max(right - begin - (0.0 if side else self._taken(ui)) - 4 * MARGIN * ui.scale, 8 * ui.em)
-        if side and right - begin < 10 * ui.em:  # the summed-area table is there instead
+        split = self._viewer.scene.split
+        is_right = split.is_right(side)
+        begin, end = (columns * share for share in split.part(side))
+        right = self._viewer.sums_frame[0] if is_right and self._settings.sums else end
+        width = max(right - begin - (0.0 if is_right else self._taken(ui)) - 4 * MARGIN * ui.scale, 8 * ui.em)
+        if is_right and right - begin < 10 * ui.em:  # the summed-area table is there instead
             return
         painter = self._viewer.painter
         frame = painter.frame
         options = self._settings.sides[side]
-        place = begin + 0.01 * columns if side else end - 0.01 * columns, 0.02 * rows
-        with ui.window(f"##side {side}", place, (1.0 - side, 0.0)), ui.wrapped(width):
+        place = begin + 0.01 * columns if is_right else end - 0.01 * columns, 0.02 * rows
+        with ui.window(f"##side {side}", place, (float(not is_right), 0.0)), ui.wrapped(width):
             shown = None
             if frame.is_sketch:
                 text = f"preview of {options.method}; it promises nothing"

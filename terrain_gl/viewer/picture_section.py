@@ -1,19 +1,14 @@
 """The section of the panel on the look of the picture: colours, light, water, lines, images."""
 
-from datetime import datetime
-
 from ..basics.exceptions import TerrainError
-from ..heightmap import Heightmap
-from ..light.sun import sun_position
 from ..renderer.options import CHOICES
 from ..shade.contours import interval_m
+from .loops import latitude_deg, sun_at
 from .settings import Settings
 from .viewer import Viewer
 from .widgets import PATH, Widgets
 
 IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file can be dropped on, and their options
-_OF_ALPS_DEG = 46.0  # latitude for the time of day, if the map does not give its place
-_DAY = datetime(2025, 8, 1)
 _SURROUNDINGS = "block: the map stands on a plain or in its sea; none: it hangs in the sky."
 _LOOK = "The colours of the land. auto: by the place that the file gives. Edits do not change the colours."
 _GRAIN = "Bumps below the posts' spacing near the eye, in the light alone; no geometry."
@@ -41,7 +36,7 @@ class PictureSection:
             if (chosen := ui.choose(label, before, CHOICES[option], hint)) != before:
                 settings.change_all(**{option: chosen})
         _contours(ui, viewer)
-        self._light(ui, settings, _latitude_deg(viewer.scene.heightmap))
+        self._light(ui, settings, latitude_deg(viewer.scene.heightmap))
         _water(ui, viewer)
         hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky; none: no sky. Or drop a file."
         if (path := ui.enter("sky image", settings.options.sky or "", PATH, hint)) is not None:
@@ -63,14 +58,14 @@ class PictureSection:
             ui.imgui.text_disabled("The sky image has its own sun.")
             return
         azimuth, elevation = options.sun[0] % 360, options.sun[1]
-        form = "%.1f h" if options.sun == _sun_at(self._hour, latitude_deg) else "set by hand"
+        form = "%.1f h" if options.sun == sun_at(self._hour, latitude_deg) else "set by hand"
         hint = "The sun on a day of August, at the latitude of the map; of the Alps if the map gives none."
         hour = ui.slide("time of day", self._hour, (4.0, 20.0), hint, form)
         turned = ui.slide("sun azimuth", azimuth, (0.0, 360.0), _AZIMUTH, "%.0f°")
         raised = ui.slide("sun elevation", elevation, (-10.0, 90.0), "How high the sun is above the horizon.", "%.0f°")
         if hour != self._hour:
             self._hour = hour
-            settings.change_all(sun=_sun_at(hour, latitude_deg))
+            settings.change_all(sun=sun_at(hour, latitude_deg))
         elif (turned, raised) != (azimuth, elevation):
             settings.change_all(sun=(turned, raised))
 
@@ -89,20 +84,6 @@ def _contours(ui: Widgets, viewer: Viewer) -> None:
         viewer.settings.change_all(contour_m=float(typed) if typed[:1].isdigit() else 0.0)
     except (ValueError, TerrainError):
         viewer.window.say(f"contour lines: expected metres between them, or auto, got {typed!r}")
-
-
-def _latitude_deg(heightmap: Heightmap) -> float:
-    """Latitude for the time of day."""
-    try:
-        known = heightmap.place and heightmap.place.crs and heightmap.place.middle
-    except TerrainError:  # pyproj is missing
-        known = None
-    return known[1] if known else _OF_ALPS_DEG
-
-
-def _sun_at(hour: float, latitude_deg: float) -> tuple[float, float]:
-    """Azimuth and elevation of the sun in degrees."""
-    return sun_position(_DAY.replace(hour=int(hour), minute=int(60 * (hour % 1))), latitude_deg)
 
 
 def _water(ui: Widgets, viewer: Viewer) -> None:

@@ -34,8 +34,7 @@ class Pointer:
 
     def side_at(self, x: float) -> int:
         """The side of a split picture at a column of pixels."""
-        settings = self._scene.settings
-        return int(settings.split and x > settings.divider * self._scene.window.size[0])
+        return self._scene.split.side_at(x / max(1, self._scene.window.size[0]))
 
     def is_on_divider(self, x: float) -> bool:
         """Whether a column of pixels is at the divider of a split picture."""
@@ -46,5 +45,6 @@ class Pointer:
     def tangents(self, x: float, y: float) -> tuple[float, float]:
         """The direction to a pixel, as tangents right and up from the middle of the picture."""
         width, height = self._scene.window.size
+        x -= self._scene.split.parts(width)[self.side_at(x)].shift
         half = math.tan(math.radians(0.5 * self._scene.controller.fov_deg)) / (0.5 * max(1, height))
         return (x - 0.5 * width) * half, (0.5 * height - y) * half

@@ -5,9 +5,10 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -24,8 +25,10 @@ from ..film.record import FPS, Recorder
 from ..image import write_png
 from ..renderer.frame import Stats
 from ..renderer.names import Label
+from ..shade.picture import Look
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
+from .loops import day, turn
 from .painter import Painter, labels_of
 from .pose import Pose
 from .scene import FrameSpec, Scene
@@ -39,6 +42,7 @@ SIZES: dict[str, Size | None] = {
     "4096 × 4096": (4096, 4096),
 }
 MESSAGE_S = 15.0
+_Drawn = TypeVar("_Drawn")
 
 
 @dataclass
@@ -49,10 +53,18 @@ class Shot:
     steps: Steps[None]
     share: float = 0.0
     is_film: bool = False
+    begun_s: float | None = None  # when its first steps were done
+    now_s: float = 0.0
 
     @property
     def words(self) -> str:
-        return f"drawing the film {self.path}: {self.share:.0%}" if self.is_film else f"drawing {self.path}"
+        if not self.is_film:
+            return f"drawing {self.path}"
+        words = f"drawing the film {self.path}: {self.share:.0%}"
+        if not self.share or self.begun_s is None:
+            return words
+        left_s = round((self.now_s - self.begun_s) * (1 / self.share - 1))
+        return f"{words}, {left_s // 60}:{left_s % 60:02d} left; it waits while the camera moves"
 
 
 class Saver:
@@ -70,6 +82,8 @@ class Saver:
         self.line_of: Callable[..., str] | None = None  # the command line of a heightmap, camera, size and options
         self.on_copy: Callable[[str], None] = lambda text: None  # copies a text to the clipboard
         self._writing: threading.Thread | None = None
+        self._lit: Look | None = None  # the look for which the film last made light
+        self._picture: Steps[Any] | None = None  # of the film, that is being drawn
         self._warned: Shot | None = None  # the film about whose loss the user was warned
 
     def step(self) -> bool:
@@ -78,12 +92,17 @@ class Saver:
         shot = self.shot
         if not shot:
             return False
-        if self._painter.light.is_due(self._scene.frame_spec().lit_look):
+        spec = self._scene.frame_spec()
+        if shot.is_film:
+            if self._scene.controller.moving or not self._painter.is_done(spec):
+                self.disturb()
+                return False  # the window's own picture comes first, and stays while the film is drawn
+        elif self._painter.light.is_due(spec.lit_look):
             if shot.share > 0:
                 self.cancel("the picture was not saved: the light has changed")
             return False
-        if shot.is_film and shot.share == 0 and not self._painter.is_done(self._scene.frame_spec()):
-            return False  # the window keeps its last picture while the film is drawn
+        shot.now_s = self._window.now_s
+        shot.begun_s = shot.now_s if shot.begun_s is None else shot.begun_s
         self._window.refresh()
         try:
             done = self._budget.run(shot.steps, self._tell)
@@ -94,6 +113,19 @@ class Saver:
             self.shot = None
             self._painter.forget()
         return True
+
+    @property
+    def is_drawing(self) -> bool:
+        """Whether the renderer holds a picture for a file, and not that of the window."""
+        return self.shot is not None and (self._picture is not None or not self.shot.is_film)
+
+    def disturb(self) -> None:
+        """Let the window use the renderer; the film goes on later, with the same picture from its start."""
+        if self._picture:
+            self._picture.close()
+            self._picture = None
+            if self._lit != self._scene.frame_spec().lit_look:
+                self._painter.light.stop()  # so that the window makes its own light again
 
     def cancel(self, message: str = "cancelled") -> None:
         """Stop drawing the picture, and say why."""
@@ -153,10 +185,11 @@ class Saver:
         seen: list[Label] = []  # by the first side, as in the window
 
         def receive(piece: Piece, pixels: np.ndarray) -> None:
-            first, last = (round(edge * spec.size[0]) for edge in spec.part(len(stats)))
-            cols = slice(max(first, piece.cols.start), min(last, piece.cols.stop))
-            if cols.start < cols.stop:
-                picture[piece.rows, cols] = pixels[:, cols.start - piece.cols.start : cols.stop - piece.cols.start]
+            part = spec.split.parts(spec.size[0])[len(stats)]
+            start, stop = (edge + part.shift for edge in (piece.cols.start, piece.cols.stop))
+            first, last = max(part.first, start), min(part.last, stop)
+            if first < last:
+                picture[piece.rows, first:last] = pixels[:, first - start : last - start]
             if not stats:
                 seen.extend(labels_of(renderer, spec))
 
@@ -165,7 +198,7 @@ class Saver:
                 steps = renderer.draw_steps(spec.camera, size=spec.size, receive=receive, **vars(options))
                 stats.append((yield from portion(steps, side, len(spec.sides))))
         with suppress(TerrainError):  # there is no font
-            stamp(picture, 0, name_stamps(spec.size, seen))
+            stamp(picture, 0, name_stamps(spec.size, spec.split.moved(seen, spec.size[0])))
         return picture, stats
 
     @contextmanager
@@ -206,6 +239,20 @@ class Saver:
             size = f"{picture.shape[1]} × {picture.shape[0]}"
             self._window.say(f"saved {path.absolute()}, {size}; its numbers: {numbers.name}")
 
+    def _undisturbed(self, draw: Callable[[], Steps[_Drawn]]) -> Steps[_Drawn]:
+        """Draw a picture of a film; after a disturbance, draw it once more from its start."""
+        while True:
+            self._picture = steps = draw()
+            try:
+                while self._picture is steps:
+                    try:
+                        share = next(steps)
+                    except StopIteration as done:
+                        return cast(_Drawn, done.value)
+                    yield share
+            finally:
+                steps.close()
+
     # --- The mesh -----------------------------------------------------------------------------------------------------
 
     def save_mesh(self) -> None:
@@ -240,10 +287,20 @@ class Saver:
         """Record the flight, or stop, and draw it as a film in full quality."""
         if self.filming.running:
             self._note_view()
-            self._film(self.filming.stop())
+            self._film(self.filming.stop(), "the recording was too short for a film", self.filming.near_m)
         elif self._may_save():
             self.filming.begin()
             self._window.say("recording the flight: R stops, and the film is drawn")
+
+    def turn(self) -> None:
+        """Draw a film that turns once around the land in the middle of the picture."""
+        if self._may_save():
+            self._film(turn(self._scene), "there is only sky in the middle of the picture: turn the camera")
+
+    def day(self) -> None:
+        """Draw a film of the present view from sunrise to sunset."""
+        if self._may_save():
+            self._film(day(self._scene), "the sun does not rise here on the first of August")
 
     def _note_view(self) -> None:
         if self.filming.running:
@@ -252,20 +309,22 @@ class Saver:
             camera = scene.for_renderer(scene.controller.camera)
             self.filming.note(self._window.now_s, camera, sun, scene.controller.near_m)
 
-    def _film(self, flight: CameraPath | None) -> None:
-        """Save a flight as a path, and begin to draw its film."""
+    def _film(self, flight: CameraPath | None, reason: str, near_m: float | None = None) -> None:
+        """Save a flight as a path, and begin to draw its film; without a flight, say the reason."""
         if flight is None:
-            self._window.say("the recording was too short for a film")
+            self._window.say(reason)
             return
         name = self._scene.heightmap.name
         spec = self._scene.frame_spec(SIZES[self.size])
         path = free_path(name, film_suffix())
         saved = free_path(name, "-path.json")
-        if near_m := self.filming.near_m:
+        if near_m:
             spec = replace(spec, sides=tuple(replace(side, near_m=near_m) for side in spec.sides))
         with self._told():
             flight.save(str(saved))
-            self.shot = Shot(path, self._film_steps(Recorder(path, FPS), flight, spec), is_film=True)
+            steps = self._film_steps(Recorder(path, FPS), flight, spec)
+            next(steps)  # from now on, closing the steps ends the recorder
+            self.shot = Shot(path, steps, is_film=True)
 
     def _film_steps(self, recorder: Recorder, flight: CameraPath, spec: FrameSpec) -> Steps[None]:
         """Draw and record each view of a flight; the film is finished in a thread. Yields progress from 0 to 1."""
@@ -274,15 +333,17 @@ class Saver:
             view = replace(spec, camera=pose.camera)
             if pose.sun:
                 view = replace(view, sides=tuple(replace(side, sun=pose.sun) for side in spec.sides))
-                for _ in self._scene.renderer.picture.light_steps(view.lit_look):
-                    yield 0.0
+            self._lit = view.lit_look
+            for _ in self._scene.renderer.picture.light_steps(view.lit_look):
+                yield 0.0
             picture, _ = yield from self._drawn_steps(view)
             return picture
 
         count = max(2, round((flight.seconds or 0.0) * FPS))
         try:
+            yield 0.0
             for number, pose in enumerate(flight.poses(count)):
-                image = yield from portion(draw(pose), number, count)
+                image = yield from portion(self._undisturbed(partial(draw, pose)), number, count)
                 while not recorder.append(image, wait=False):  # the encoder is behind
                     yield (number + 1) / count
                 yield (number + 1) / count
@@ -290,8 +351,7 @@ class Saver:
             recorder.cancel()
             raise
         finally:
-            if flight.keyframes[0].sun:
-                self._painter.light.stop()  # the light is that of the film's last view
+            self.disturb()
         self._in_thread(self._finish_film, Path(recorder.path), recorder)
 
     def _finish_film(self, path: Path, recorder: Recorder) -> None:

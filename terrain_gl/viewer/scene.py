@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..camera import Camera
@@ -14,6 +14,7 @@ from .controller import Controller
 from .loading import Opened
 from .pose import Pose, raised
 from .settings import Settings
+from .split import WHOLE, Split
 from .window_state import Size, WindowState
 
 _OF_ERROR = ("promise", "error")  # styles that a preview cannot show, because it has no errors of the whole map
@@ -26,13 +27,7 @@ class FrameSpec:
     camera: Camera
     size: Size
     sides: tuple[FrameOptions, ...]
-    divider: float
-
-    def part(self, side: int) -> tuple[float, float]:
-        """Where a side begins and ends, from 0 at the left edge to 1."""
-        if len(self.sides) == 1:
-            return 0.0, 1.0
-        return (0.0, self.divider) if side == 0 else (self.divider, 1.0)
+    split: Split = field(default=WHOLE, compare=False)  # the pictures of the sides do not depend on it
 
     @property
     def lit_look(self) -> Look:
@@ -152,7 +147,14 @@ class Scene:
         sides = tuple(replace(self.drawable(side), **changes) for side in self.settings.sides)
         camera = self.controller.camera
         self.controller.bend_per_m = self.heightmap.bend_per_m(sides[0].curvature, sides[0].refraction or 0.0)
-        return FrameSpec(self.for_renderer(camera), size or self.window.size, sides, self.settings.divider)
+        return FrameSpec(self.for_renderer(camera), size or self.window.size, sides, self.split)
+
+    @property
+    def split(self) -> Split:
+        """How the picture in the window is split."""
+        settings, window = self.settings, self.window
+        covered = window.panel_px / max(1, window.size[0]) if settings.panel else 0.0
+        return Split(len(settings.sides), settings.divider, settings.swapped, settings.centred, covered)
 
     def for_renderer(self, camera: Camera) -> Camera:
         """A camera of the window at true heights: the renderer itself raises eye and target with the relief."""

@@ -38,7 +38,8 @@ def detail_section(ui: Widgets, viewer: Viewer) -> None:
     settings = viewer.settings
     options = settings.options
     if settings.split:
-        ui.imgui.text_disabled(f"of the {('left', 'right')[settings.active]} side; point at a side to choose it")
+        where = "right" if viewer.scene.split.is_right(settings.active) else "left"
+        ui.imgui.text_disabled(f"of the {where} side; point at a side to choose it")
     stats = [*viewer.painter.side_stats, viewer.painter.frame.stats][settings.active]  # a new side has no stats yet
     tolerance_px = options.max_error_px or stats.get("certified_max_error_px") or 1.0
     triangles = options.triangles or stats.get("triangles", 1)
@@ -73,6 +74,9 @@ def understand_section(ui: Widgets, viewer: Viewer) -> None:
     hint = "The levels stay as they were chosen for this camera. Fly around and look at them (L)."
     ui.tick("freeze the levels", viewer.scene.frozen is not None, hint, "l")
     ui.tick("split the picture", settings.split, "Two methods or settings side by side (T).", "t")
+    if settings.split:
+        hint = "Each side shows the middle of its picture (Ctrl T). Shift T swaps the sides."
+        ui.tick("same land on both sides", settings.centred, hint, "ctrl+t")
     ui.tick("magnifying glass", settings.lens > 0, "Shows pixels as squares under the cursor (Z).", "z")
     if settings.lens:
         settings.lens = ui.slide("magnification", settings.lens, (2.0, 16.0), "Of the magnifying glass.", "× %.0f")
@@ -136,6 +140,9 @@ def camera_section(ui: Widgets, viewer: Viewer) -> None:
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
         view = scene.of_view(PRESETS[name](controller.heightmap.coarse(), controller.fov_deg))
         controller.travel_to(Pose.of(scene.beside_panel(view)))
+    hint = "Coordinates as below at the right, highest, or a name of an overlay; the camera travels there."
+    if typed := ui.enter("go to", "", "a place, then Enter", hint):
+        viewer.go_to(typed)
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode != controller.mode:
         controller.change_mode(mode)
@@ -166,6 +173,11 @@ def save_section(ui: Widgets, viewer: Viewer) -> None:
     ui.button("Save the picture", "As PNG in the working directory, with its numbers as JSON beside it (P).", "p")
     recording = "Stop recording" if saver.filming.running else "Record a film"
     ui.button(recording, "Record the flight; then its film is drawn in full quality, at this size (R).", "r")
+    ui.button(
+        "Film a turn", "Once around the land in the middle of the picture; you can go on flying (Ctrl R).", "ctrl+r"
+    )
+    ui.imgui.same_line()
+    ui.button("Film a day", "This view from sunrise to sunset; you can go on flying (Ctrl D).", "ctrl+d")
     ui.button("Copy the command line", "The terrain-gl shot command that draws this picture (Y).", "y")
     saver.mesh_format = ui.choose("format", saver.mesh_format, list(FORMATS), "Format of meshes.")
     ui.button("Save the mesh", "The triangles that are drawn, in metres; .stl: in mm (O).", "o")

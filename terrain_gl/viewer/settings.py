@@ -23,6 +23,8 @@ class Settings:
     sides: list[FrameOptions] = field(default_factory=lambda: [FrameOptions()])  # one, or two: left and right
     active: int = 0  # the side that keys and controls change
     divider: float = 0.5  # where the picture is split, from 0 at its left edge to 1
+    swapped: bool = False  # whether the first side is on the right
+    centred: bool = False  # whether both sides show the same land: each the middle of its picture
     lens: float = 0.0  # magnification of the glass under the cursor; 0 without a glass
     sums: bool = False  # whether the summed-area table is shown
     box: int = 64  # posts along a side of the box that is read from this table
@@ -58,7 +60,7 @@ class Settings:
         self.sides = [side.otherwise(max_error_px=1.0) if side.triangles else side for side in self.sides]
 
     def toggle(self, choice: str) -> None:
-        """Show or hide the panel ("panel") or the help page ("help")."""
+        """Show or hide the panel ("panel") or the help page ("help"); or the same land on both sides ("centred")."""
         setattr(self, choice, not getattr(self, choice))
 
     def toggle_contours(self) -> None:

@@ -18,7 +18,7 @@ from .pose import Pose
 from .scene import Scene
 
 FIRST = "first"  # the view of the map itself
-_KEYS = {"view", "sides", "divider", "frozen", "sums"}
+_KEYS = {"view", "sides", "divider", "swapped", "centred", "frozen", "sums"}
 _OPTIONS = (
     *("style", "method", "metric", "max_error_px", "triangles", "wires", "error_scale_px", "contour_m", "water_m"),
     *("sun", "haze", "look", "voids", "surroundings", "grain", "sky", "material", "occlusion"),
@@ -35,7 +35,8 @@ def state_of(scene: Scene) -> dict[str, Any]:
     ]
     frozen = asdict(scene.true_pose(Pose.of(scene.frozen))) if scene.frozen else None
     state = {"view": asdict(scene.true_pose(scene.controller.pose)), "sides": sides, "frozen": frozen}
-    return state | {"divider": settings.divider, "sums": settings.sums}
+    chosen = {name: True for name in ("swapped", "centred") if getattr(settings, name)}
+    return state | chosen | {"divider": settings.divider, "sums": settings.sums}
 
 
 def checked(state: Any, where: str) -> dict[str, Any]:
@@ -67,6 +68,7 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
     base = FrameOptions(sun=scene.opened.sun, look=settings.options.look)
     explainer.take_sides([_options(side, base) for side in state.get("sides", [{}])])
     settings.divider = state.get("divider", 0.5)
+    settings.swapped, settings.centred = bool(state.get("swapped")), bool(state.get("centred"))
     settings.sums = bool(state.get("sums"))
     frozen = state.get("frozen")
     scene.frozen = _camera(scene, frozen) if frozen else None

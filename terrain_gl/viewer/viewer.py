@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import moderngl
 
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import TerrainError, UsageError
 from ..gpu.passes import clear
 from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
@@ -28,7 +28,9 @@ from .marks import lines_on_land, sums_frame
 from .memory import Memory
 from .mouse import Mouse
 from .painter import REST_S, Painter
+from .places import place_of
 from .pointer import Pointer
+from .pose import Pose
 from .recovery import note_error
 from .ruler import Ruler
 from .saver import Saver
@@ -181,6 +183,15 @@ class Viewer:
         if self._may_leave():
             self.loader.open(name)
 
+    def go_to(self, typed: str) -> None:
+        """Travel to the place that a text names: see `places.place_of`."""
+        try:
+            camera = self.scene.controller.above(place_of(self.scene.renderer, typed))
+        except UsageError as error:
+            self.window.say(str(error))
+        else:
+            self.scene.controller.travel_to(Pose.of(self.scene.beside_panel(camera)))
+
     def exaggerate(self, factor: float) -> None:
         """Draw the relief `factor` times as high as it is."""
         self.scene.exaggerate(factor)
@@ -211,7 +222,9 @@ class Viewer:
             self.painter.light.stop()
 
     def _clicked(self, x: float, y: float) -> None:
-        if not self.saver.shot:  # otherwise the renderer is drawing another picture
+        shot = self.saver.shot
+        if not shot or shot.is_film:  # otherwise the renderer is drawing another picture
+            self.saver.disturb()
             self.explainer.explain(x, y)
 
     def cancel(self) -> bool:
@@ -357,15 +370,19 @@ class Viewer:
     def _draw_scene(self) -> None:
         scene = self.scene
         canvas = self.painter.canvas
-        canvas.show(self.target, self._lens, self.settings.divider if self.settings.split else None)
+        canvas.show(self.target, scene.split, self._lens)
         self.explainer.follow_cursor()
-        if lines := lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler):
+        lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
+        if lines and not self.saver.is_drawing:  # then the depths are those of the file's picture
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
             spec = scene.frame_spec()
             eye = spec.sides[0].seen(scene.heightmap, spec.camera)
             shrunk = 1 / scene.exaggeration, 1 / scene.exaggeration, 1.0  # so the renderer draws the land
             lines = [(points * shrunk, colour) for points, colour in lines]
-            self._lines.draw(scene.renderer.picture, eye, self.target, self.window.size, lines, 2 * self.window.scale)
+            picture, size = scene.renderer.picture, self.window.size
+            for first, last, shift in scene.split.parts(size[0]):
+                part = first, 0, last - first, size[1]
+                self._lines.draw(picture, eye, self.target, size, lines, 2 * self.window.scale, shift, part)
         if (box := self.explainer.box) and not self.settings.help:
             canvas.show_sums(box, self.target, self.sums_frame)
 

@@ -13,6 +13,8 @@ from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.controller import Pose
 from terrain_gl.viewer.frame_budget import COARSEST
 from terrain_gl.viewer.settings import SCALE_PX
+from terrain_gl.viewer.split import Split
+from terrain_gl.viewer.state import state_of
 
 
 def test_a_click_explains_the_patch_and_a_drag_does_not(viewer):
@@ -110,7 +112,7 @@ def test_the_preview_of_a_split_has_each_side_by_its_own_method(viewer):
     middle = round(viewer.settings.divider * width)
     for side, columns in zip(viewer.settings.sides, (slice(middle - 2), slice(middle + 2, None)), strict=True):
         renderer.draw(camera, method=side.method, style="lambert", metric="max", max_error_px=COARSEST.looser)
-        viewer.painter.canvas.compose(renderer, viewer.window.size)
+        viewer.painter.canvas.take(renderer, viewer.window.size)
         viewer.painter.canvas.show(viewer.target)
         assert np.array_equal(seen(viewer)[:, columns], shown[:, columns])
     settle(viewer)
@@ -168,6 +170,79 @@ def test_in_a_frozen_view_drawn_places_are_explained_and_no_others(viewer):
             is_drawn.append(not np.isnan(renderer.drawn_height_at(*map(float, place[:2]))))
             assert is_drawn[-1] == (told is not None and not told.hidden_by), (x, y)
     assert min(sum(is_drawn), len(is_drawn) - sum(is_drawn)) > 5
+
+
+def both_sides(viewer):
+    """The whole pictures of a split, by side."""
+    settle(viewer)
+    canvas, width = viewer.painter.canvas, viewer.window.size[0]
+    whole = []
+    for side in range(2):
+        canvas.show(viewer.target, Split(2, 1.0 if side == 0 else 0.0))
+        whole.append(seen(viewer)[:, 2 : width - 2])  # without the line between the sides
+    return whole
+
+
+def test_the_sides_change_places_and_the_divider_moves_without_drawing(viewer, monkeypatch):
+    settle(viewer)
+    press(viewer, "t")
+    left, right = both_sides(viewer)
+    assert changed(left, right) > 0.02
+    viewer.window.refresh()
+    monkeypatch.setattr(viewer.scene.renderer, "draw_steps", None)  # a picture drawn now would be an error
+    for _ in range(2):
+        for divider in (0.3, 0.6):
+            viewer.settings.split_at(divider)
+            viewer.window.refresh()
+            later(viewer)
+            middle = round(divider * viewer.window.size[0])
+            shown = seen(viewer)[:, 2:-2]
+            assert np.array_equal(shown[:, : middle - 4], left[:, : middle - 4])
+            assert np.array_equal(shown[:, middle + 2 :], right[:, middle + 2 :])
+        press(viewer, "shift+t")
+        left, right = right, left
+    press(viewer, "shift+t")
+    later(viewer)
+    assert viewer.pointer.side_at(10) == 1 and viewer.pointer.side_at(310) == 0
+    saved = state_of(viewer.scene)
+    press(viewer, "t")
+    assert not viewer.settings.swapped and saved["swapped"]
+
+
+def test_one_key_shows_another_method_in_place(viewer):
+    settle(viewer)
+    press(viewer, "shift+t")
+    settle(viewer)
+    one = seen(viewer)
+    press(viewer, "shift+t")
+    later(viewer)
+    assert changed(seen(viewer)[:, :300], one[:, :300]) > 0.02 and viewer.settings.divider > 0.95
+
+
+def test_both_sides_show_the_same_land(viewer):
+    """Then pixels at equal distances from the middles of the sides show, and point at, the same place."""
+    settle(viewer)
+    press(viewer, "t")
+    viewer.settings.divider = 0.5
+    viewer.settings.panel = False
+    viewer.settings.sides[1] = viewer.settings.sides[0]
+    settle(viewer)
+    width = viewer.window.size[0]
+    apart = seen(viewer)
+    press(viewer, "ctrl+t")
+    later(viewer)
+    same = seen(viewer)
+    half = width // 2
+    assert changed(apart[:, 3 : half - 3], apart[:, half + 3 : width - 3]) > 0.1
+    assert np.array_equal(same[:, 3 : half - 3], same[:, half + 3 : width - 3])
+    at = [viewer.pointer.place_under(x, 150) for x in (60, 60 + half)]
+    assert np.array_equal(*at) and not np.array_equal(at[0], viewer.pointer.place_under(60 + half // 2, 150))
+    viewer.explainer.explain(60 + half, 150)
+    later(viewer)
+    marked = seen(viewer)
+    assert changed(marked, same) > 0.001  # the outline of the patch, on both sides
+    sides = marked[:, 3 : half - 3], marked[:, half + 3 : width - 3]
+    assert changed(*sides) < 0.1 * changed(sides[0], same[:, 3 : half - 3])
 
 
 def test_only_sat_explains_patches(viewer):

@@ -26,12 +26,13 @@ from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
 from terrain_gl.files.export import FORMATS
 from terrain_gl.film.path import CameraPath
-from terrain_gl.heightmap import Heightmap
+from terrain_gl.heightmap import Heightmap, ground_m
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.renderer.overlay import read_overlay
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import Opened
+from terrain_gl.viewer.loops import turn
 from terrain_gl.viewer.saver import SIZES, free_path
 
 
@@ -174,6 +175,93 @@ def test_the_sun_of_a_film_moves_as_it_moved(viewer, folder, monkeypatch):
     assert changed(load(pictures[0]), lit) < 0.01 < 0.3 < changed(load(pictures[-1]), lit)
     settle(viewer)
     assert np.array_equal(seen(viewer), drawn_at_once(viewer))  # the window has its own light again
+
+
+def pictures_of(folder, name):
+    return [load(path) for path in sorted((folder / name).iterdir())]
+
+
+def test_one_flies_on_while_a_film_is_drawn_and_it_stays_the_same(viewer, folder, monkeypatch):
+    """The film waits while the camera moves, then draws its picture afresh; with another light in the window, too."""
+    monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
+    monkeypatch.setattr("terrain_gl.viewer.loops.TURN_S", 0.3)
+    settle(viewer)
+    press(viewer, "ctrl+r")
+    finish(viewer)
+    home = viewer.scene.controller.pose
+    press(viewer, "ctrl+r")
+    set_budget(viewer, slow())
+    for step in range(4):
+        while viewer.saver.shot.share < 0.2 * (step + 1) or not viewer.saver.is_drawing:
+            later(viewer)
+        before = viewer.saver.shot.share
+        viewer.scene.controller.pose = replace(home, azimuth_deg=home.azimuth_deg + 20 + step)
+        if step == 1:
+            viewer.settings.change_all(sun=(90.0, 20.0))
+        elif step == 2:
+            viewer.mouse.press("left", 160, 150)
+            viewer.mouse.release("left", 160, 150)
+        later(viewer, 0.02)
+        assert not viewer.saver.is_drawing and viewer.saver.shot.share == before
+    finish(viewer)
+    first, second = pictures_of(folder, "hills-001"), pictures_of(folder, "hills-002")
+    assert len(first) == 9 and all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
+    set_budget(viewer, swift())
+    settle(viewer)
+    assert viewer.explainer.explanation
+    viewer.explainer.explanation = None
+    settle(viewer)
+    assert np.array_equal(seen(viewer), drawn_at_once(viewer))  # with the window's own light
+
+
+def test_a_turn_ends_where_it_began_around_the_middle(viewer, folder, monkeypatch):
+    monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
+    monkeypatch.setattr("terrain_gl.viewer.loops.TURN_S", 0.2)
+    settle(viewer)
+    controller = viewer.scene.controller
+    middle = controller.ground_at(0.0, 0.0)
+    press(viewer, "ctrl+r")
+    assert "waits while the camera moves" in viewer.progress.text or viewer.saver.shot.share == 0
+    finish(viewer)
+    path = CameraPath.open("hills-001-path.json")
+    assert path.closed and np.allclose(path.keyframes[0].camera.eye, controller.camera.eye)
+    for keyframe in path.keyframes:
+        camera = keyframe.camera
+        assert np.allclose(camera.target, middle) and np.isclose(
+            np.linalg.norm(np.subtract(camera.eye, middle)[:2]), np.linalg.norm((controller.eye - middle)[:2])
+        )
+    pictures = pictures_of(folder, "hills-001")
+    assert changed(pictures[0], drawn_at_once(viewer)) == 0 and changed(pictures[3], pictures[0]) > 0.1
+    controller.look(0.0, -900.0)  # to the sky
+    press(viewer, "ctrl+r")
+    assert not viewer.saver.shot and "only sky" in viewer.window.message
+
+
+def test_a_turn_stays_above_the_land(viewer):
+    settle(viewer)
+    controller = viewer.scene.controller
+    controller.change_mode("walk")
+    controller.change_mode("fly")
+    controller.elevation_deg = -10.0
+    path = turn(viewer.scene)
+    eyes = np.array([keyframe.camera.eye for keyframe in path.keyframes])
+    ground = ground_m(viewer.scene.heightmap, eyes[:, :2])
+    assert (eyes[:, 2] > np.nan_to_num(ground, nan=-1e9)).all()
+    assert (controller.eye[2] < np.nanmax(ground)) == (eyes[0, 2] > controller.eye[2] + 1e-6)
+
+
+def test_a_day_is_filmed_from_sunrise_to_sunset(viewer, folder, monkeypatch):
+    monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
+    monkeypatch.setattr("terrain_gl.viewer.loops.DAY_S", 0.2)
+    settle(viewer)
+    press(viewer, "ctrl+d")
+    finish(viewer)
+    suns = np.array([keyframe.sun for keyframe in CameraPath.open("hills-001-path.json").keyframes])
+    assert (suns[:, 1] > 0).all() and suns[0, 0] < 90 < 270 < suns[-1, 0] and suns[:, 1].max() > 55
+    pictures = pictures_of(folder, "hills-001")
+    assert changed(pictures[0], pictures[3]) > 0.2
+    settle(viewer)
+    assert np.array_equal(seen(viewer), drawn_at_once(viewer))
 
 
 def test_a_film_that_cannot_be_written_gives_a_message(viewer, folder, monkeypatch):

@@ -92,7 +92,7 @@ def seen(either):
 def drawn_at_once(viewer):
     """What the renderer draws for the viewer, without steps."""
     viewer.scene.renderer.draw(viewer.scene.controller.camera, **vars(viewer.settings.options))
-    viewer.painter.canvas.compose(viewer.scene.renderer, viewer.window.size)
+    viewer.painter.canvas.take(viewer.scene.renderer, viewer.window.size)
     viewer.painter.canvas.show(viewer.target)
     return seen(viewer)
 
