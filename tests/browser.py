@@ -44,10 +44,19 @@ def high_pipe():
 class Page:
     """A page. `requests` lists the addresses that it asked for, `complaints` the errors in its console."""
 
-    def __init__(self, folder, *flags):
+    def __init__(self, folder, *flags, sees_this_machine=False):
+        if sees_this_machine:  # the last rule counts
+            flags += ("--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",)
         asked, self._ask = high_pipe()
         self._told, tells = high_pipe()
-        words = [*apart(), CHROMIUM, f"--user-data-dir={folder}", *FLAGS, *flags, "about:blank"]
+        words = [
+            *(() if sees_this_machine else apart()),
+            CHROMIUM,
+            f"--user-data-dir={folder}",
+            *FLAGS,
+            *flags,
+            "about:blank",
+        ]
         plumbing = f'exec 3<&{asked} 4>&{tells} {asked}<&- {tells}>&-; exec "$@"'  # DevTools' pipe is 3 and 4
         self._process = subprocess.Popen(
             ["bash", "-c", plumbing, "bash", *words],

@@ -1,12 +1,15 @@
 """`terrain-gl tiles`: 3D Tiles of a map, which declare the errors that they have."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from ..files.maps import files_read
+from ..files.tile_server import serve
 from ..files.tiling import Tiling, write_tiles
 from . import options, report, stores, values
 from .records import MapOptions
 
+_PORT = 8000
 _RELIEF_SHARE = 1e-3  # default error of the finest tiles, as a part of the map's relief
 
 
@@ -18,6 +21,7 @@ class TilesOptions:
     path: str
     max_error_m: float | None = None
     local: bool = False
+    serve: int | None = None
     json: str | None = None
 
 
@@ -40,11 +44,22 @@ def add(commands: options.Commands) -> None:
     command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
     what = "metres east, north, up of the south-western post, not a place on the Earth"
     command.add_argument("--local", action="store_true", help=what)
+    what = f"then show them in a browser, at a port of this machine (default: {_PORT}); a finished folder at once"
+    command.add_argument("--serve", type=values.count, metavar="PORT", nargs="?", const=_PORT, help=what)
     options.add_json(command)
 
 
 def run(asked: TilesOptions) -> int:
     """Run the command."""
+    if asked.serve is None or not (Path(asked.path) / "tileset.json").is_file():
+        _write(asked)
+    if asked.serve is not None:
+        serve(Path(asked.path), asked.serve, lambda address: report.note(f"{address} shows the tiles; Ctrl-C ends"))
+    return 0
+
+
+def _write(asked: TilesOptions) -> None:
+    """Make the tiles."""
     report.check_writable(asked.json)
     report.refuse_inputs((asked.path, asked.json), files_read(asked.map.name))
     heightmap = stores.open_posts(asked.map)
@@ -64,4 +79,3 @@ def run(asked: TilesOptions) -> int:
     text = f"{about['tiles']:,} tiles on {about['levels']} levels, {about['triangles']:,} triangles"
     text += f", within {errors['finest']:.3g} m (finest) to {errors['coarsest']:.3g} m (coarsest)"
     report.say(asked.json, f"{report.shown(asked.path)}: {text}")
-    return 0
