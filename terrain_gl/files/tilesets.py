@@ -19,6 +19,7 @@ from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..verify.check import check_mesh
 from .mesh_readers import gltf_triangles
+from .quantized_mesh import quantized_tiles
 from .tile_system import RADIUS_M, TileSystem
 
 _SAG = 1e-3  # of the declared error
@@ -56,9 +57,13 @@ def check_tiles(path: str, heightmap: Heightmap) -> Iterator[TileError]:
     TerrainError
         The tile set cannot be read; or the map does not say where it lies, and the tiles are not local.
     """
-    file = Path(path) / "tileset.json" if Path(path).is_dir() else Path(path)
+    file = Path(path)
+    if file.is_dir():
+        file /= "layer.json" if (file / "layer.json").exists() else "tileset.json"
     system = TileSystem(heightmap, _is_local(file))
     for name, declared_m, places, faces in _tiles(file, np.eye(4)):
+        if faces.size and not (faces.min() >= 0 and faces.max() < len(places)):
+            raise TerrainError(f"{file.parent / name}: is damaged: a face names a vertex that is missing")
         yield TileError(name, declared_m, *tile_error(heightmap, system, places[faces], declared_m), len(faces))
 
 
@@ -113,6 +118,9 @@ def _is_local(file: Path) -> bool:
 def _tiles(file: Path, above: np.ndarray) -> Iterator[tuple[str, float, np.ndarray, np.ndarray]]:
     """Names, declared errors, vertices in the tile set's system and faces of all tiles with triangles."""
     try:
+        if file.name == "layer.json":
+            yield from quantized_tiles(file)
+            return
         waiting = [(json.loads(file.read_bytes())["root"], above)]
         while waiting:
             tile, outer = waiting.pop()
