@@ -49,7 +49,9 @@ def add(commands: options.Commands) -> None:
         "also in pixels. Vertices are metres east, north, up of the south-western post.",
         example="check mesh.glb --map dem.tif --fail-above 5 -o error.png",
     )
-    command.add_argument("mesh", metavar="MESH", help=f"{', '.join(READERS)}, or a folder of 3D Tiles")
+    command.add_argument(
+        "mesh", metavar="MESH", help=f"{', '.join(READERS)}, or a folder of 3D Tiles or quantized-mesh"
+    )
     command.add_argument("--map", metavar="DEM", dest="name", required=True, help="the heightmap, a file or a store")
     what = "metres of the mesh's zero: east, north, up"
     command.add_argument("--origin", type=values.point, metavar="X,Y,Z", default=(0.0, 0.0, 0.0), help=what)

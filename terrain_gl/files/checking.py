@@ -1,6 +1,7 @@
 """Check a triangle mesh of any program against a heightmap: `check`, the function behind `terrain-gl check`."""
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,12 +9,16 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.limits import is_too_large
-from ..camera import Camera
+from ..camera import Camera, boxes_in_picture
 from ..camera.camera import screen_shift_px
-from ..heightmap import Heightmap
+from ..gpu.layout import PLACES
+from ..heightmap import Heightmap, bilinear
 from ..verify.check import Measure, MeshError, check_mesh
 from ..verify.seams import Seams, find_seams, is_closed
 from .mesh_readers import read_mesh
+
+_BLOCK = 64  # cells along a side of the parts of the map that are looked at more closely
+_LARGE_PX = 1.0  # a cell of this width in the picture, at least, is large
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,11 @@ def check(
     in_px = None
     if camera:
         seen = replace(camera, bend_per_m=heightmap.bend_per_m("auto", 0.0))
-        in_px = check_mesh(heights, posts, places[:, 2], used, _pixels(seen, heightmap, size))
+        measure = _pixels(seen, heightmap, size)
+        in_px = check_mesh(heights, posts, places[:, 2], used, measure)
+        for found in _inside_cells(heights, posts, places[:, 2], used, heightmap, seen, size, measure):
+            if found.surface > in_px.surface:
+                in_px = replace(in_px, surface=found.surface, place=found.place)
     return Checked(error, seams, len(faces), 0 if is_solid else int((turn > 0).sum()), int((turn == 0).sum()), in_px)
 
 
@@ -115,3 +124,46 @@ def _pixels(camera: Camera, heightmap: Heightmap, size: tuple[int, int]) -> Meas
         return np.where(seen, shift, 0.0)
 
     return px
+
+
+def _inside_cells(
+    heights: np.ndarray,
+    posts: np.ndarray,
+    tops_m: np.ndarray,
+    faces: np.ndarray,
+    heightmap: Heightmap,
+    camera: Camera,
+    size: tuple[int, int],
+    measure: Measure,
+) -> Iterator[MeshError]:
+    """Errors in pixels also at places inside cells, where these are large in the picture.
+
+    There, a metre is not equally many pixels within a cell. The largest error in pixels may then lie inside it. So the
+    map gets `PLACES` times the posts: its surface stays the same.
+    """
+    east, north = heightmap.spacing_m
+    corners = posts[faces]
+    low, high = corners.min(1), corners.max(1)
+    for row, col in (
+        (y, x) for y in range(0, heightmap.rows - 1, _BLOCK) for x in range(0, heightmap.cols - 1, _BLOCK)
+    ):
+        part = heights[row : row + _BLOCK + 1, col : col + _BLOCK + 1]
+        last = np.array(part.shape[::-1]) - 1
+        land_m = [np.nanmin(part, initial=np.inf), np.nanmax(part, initial=-np.inf)]
+        x, y = col * east + np.array([0, last[0]]) * east, (heightmap.rows - 1 - row - np.array([last[1], 0])) * north
+        box = np.stack([x, y, land_m], -1)
+        if land_m[0] > land_m[1] or not boxes_in_picture(camera, size, 1e-3, box[:1].copy(), box[1:].copy())[0]:
+            continue
+        away_m = np.linalg.norm(np.clip(camera.eye, *box) - camera.eye)
+        if not camera.is_orthographic and camera.focal_px(size[1]) * max(east, north) < _LARGE_PX * away_m:
+            continue
+        here = ((high >= [col, row]) & (low <= last + [col, row])).all(1)
+        at = np.meshgrid(*(np.arange(PLACES * n + 1) / PLACES for n in last))
+        fine = bilinear(part, *at)
+        found = check_mesh(fine, (posts - [col, row]) * PLACES, tops_m, faces[here], _moved(measure, col, row))
+        yield replace(found, place=(found.place[0] / PLACES + col, found.place[1] / PLACES + row))
+
+
+def _moved(measure: Measure, col: int, row: int) -> Measure:
+    """The measure of a part of the map that has `PLACES` times the posts."""
+    return lambda x, y, truth_m, top_m: measure(x / PLACES + col, y / PLACES + row, truth_m, top_m)
