@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..readers.geodesy import WGS84
+from ..readers.georeference import WGS84
 
 LEVEL_0_M = 2 * np.pi * WGS84[0] / 4 / (2 * 65)
 _HEAD = struct.Struct("<3d2f7dI")  # centre, least and largest height, sphere and horizon point, number of vertices
