@@ -1,6 +1,7 @@
 """Fixtures shared by all tests: one OpenGL context for the session, real elevation data, strict floating point."""
 
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -80,13 +81,14 @@ def regenerate(request):
 
 @pytest.fixture(scope="session")
 def session_context(request):
-    """EGL, or OSMesa where there is no EGL."""
+    """EGL, or OSMesa where there is no EGL. What tests drop is released after them."""
     try:
         context = create_context("egl")
     except TerrainError:
         context = create_context("osmesa")
     asked, used = request.config.getoption("--driver"), context.info["GL_RENDERER"]
     assert not asked or used.startswith("zink" if asked == "zink" else "llvmpipe"), f"{used} draws, not {asked}"
+    context.gc_mode = "context_gc"
     return context
 
 
@@ -97,6 +99,10 @@ def ctx(session_context):
         assert context.error == "GL_NO_ERROR"
         yield context
     with session_context as context:  # the test may have left another one current
+        while context.objects:  # `Context.gc` fails at those that are released already
+            dropped = context.objects.popleft()
+            if hasattr(dropped, "release"):
+                dropped.release()
         assert context.error == "GL_NO_ERROR"
 
 
@@ -127,6 +133,13 @@ def hills(tmp_path_factory):
     heights, path = rough(200, 261, relief=60), tmp_path_factory.mktemp("store") / "s"
     build(heights, path, tile=16, shard=64, spacing_m=2.0)
     return Heightmap(heights, 2.0), path
+
+
+@pytest.fixture
+def store(hills, folder):
+    """The store of `hills`, in the working folder, where it may be changed."""
+    shutil.copytree(hills[1], "s")
+    return "s"
 
 
 @pytest.fixture

@@ -1,10 +1,12 @@
-"""Files that make GDAL use the network or read other files than the map, and a listener that counts connections."""
+"""Hostile files, with which GDAL would read other files than the map or the network; and stores that are damaged."""
 
 import os
 import socket
 import threading
+from pathlib import Path
 
 import numpy as np
+from rasters import write_raster
 
 SECRET = 4711.0  # the heights of the file that no map may show
 N = 64
@@ -120,13 +122,18 @@ def texts(url, outside):
 HARMLESS = ("overview.vrt", "crs.vrt", "overview.tif", "tags.tif")
 
 
+def cut_heights(store):
+    """Cut all shards of a store's finest heights short."""
+    for shard in Path(store, "heights/0/c").rglob("*"):
+        if shard.is_file():
+            shard.write_bytes(shard.read_bytes()[:100])
+
+
 def make_files(rasterio, folder, outside, url):
     """Write the hostile files and those that they name; returns their paths by name."""
     heights = np.add.outer(np.arange(float(N)), np.arange(float(N))).astype("f4")
-    profile = {"driver": "GTiff", "width": N, "height": N, "count": 1, "dtype": "float32"}
     for path, values in ((folder / "good.tif", heights), (outside / "secret.tif", np.full_like(heights, SECRET))):
-        with rasterio.open(path, "w", **profile) as out:
-            out.write(values, 1)
+        write_raster(path, values, None, None)
     (outside / "secret.bin").write_bytes(bytes(range(64)))
     hostile = texts(url, str(outside))
     for name, text in hostile.items():
@@ -134,8 +141,7 @@ def make_files(rasterio, folder, outside, url):
     (folder / "link.tif").symlink_to(outside / "secret.tif")
     (folder / "folder").symlink_to(outside)
     os.mkfifo(folder / "pipe.tif")
-    with rasterio.open(folder / "overview.tif", "w", **profile) as out:
-        out.write(heights, 1)
+    with rasterio.open(write_raster(folder / "overview.tif", heights, None, None), "r+") as out:
         out.update_tags(ns="OVERVIEWS", OVERVIEW_FILE=f"/vsicurl/{url}/overview.tif")
     for name in ("tags.tif", "waits.tif", "linked.tif"):
         (folder / name).write_bytes((folder / "good.tif").read_bytes())
@@ -144,8 +150,7 @@ def make_files(rasterio, folder, outside, url):
     os.mkfifo(folder / "waits.tfw")
     (folder / "linked.tfw").symlink_to(outside / "secret.bin")
     spill = "long_enough_name.img"
-    with rasterio.open(folder / spill, "w", USE_SPILL="YES", **profile | {"driver": "HFA"}) as out:
-        out.write(np.full_like(heights, SECRET), 1)
+    write_raster(folder / spill, np.full_like(heights, SECRET), None, None, "HFA", USE_SPILL="YES")
     (folder / "long_enough_name.ige").rename(outside / "spl.ige")
     elsewhere = b"../elsewhere/spl.ige"
     content = (folder / spill).read_bytes()

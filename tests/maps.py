@@ -184,6 +184,15 @@ def random_map(rng, rows=None, cols=None):
     return Heightmap(heights, tuple(10 ** rng.uniform(-2, 2, 2)))
 
 
+def new_heights(kind):
+    """Heights of 20 × 30 posts for an edit: as high as the land, with voids, or far above (`span`)."""
+    rng = np.random.default_rng(1)
+    new = rng.normal(size=(20, 30)) * 20 + (3000 if kind == "span" else 0)
+    if kind == "voids":
+        new[rng.random(new.shape) < 0.2] = np.nan
+    return new
+
+
 def _solid_post(heightmap, row, col):
     """The post nearest to (row, col) that is not void."""
     if not np.isnan(heightmap.heights[row, col]):

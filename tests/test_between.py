@@ -84,8 +84,6 @@ def test_tables_bound_the_surface_between_the_posts(ctx, name):
     for level in range(1, len(terrain.levels)):
         max_m, _ = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
         assert (sampled(truth, seen, level) <= max_m).all(), level
-    tables.release()
-    terrain.release()
 
 
 @pytest.mark.parametrize("name", ["12x19", "smooth", "cliff"])

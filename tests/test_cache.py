@@ -22,10 +22,9 @@ SHOT = ("shot", "dem.npy", "-o", "p.png", "--size", "96x54", "--style", "lambert
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
+def here(folder, monkeypatch):
     """A small raster that counts as a large one, and a cache of its own."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
     monkeypatch.setattr(cache, "PAYS_POSTS", 5000)
     monkeypatch.setattr(cache, "_in_use", [])
     np.save("dem.npy", rough(70, 90))
@@ -37,7 +36,6 @@ def let_go():
         os.close(cache._in_use.pop())
 
 
-@pytest.mark.slow
 def test_a_large_raster_is_drawn_from_its_store_which_is_made_once(run, monkeypatch):
     status, _, told = run(*SHOT)
     assert status == 0 and told.count("\n") == 1 and "90 x 70 posts, drawn from a store that is made once" in told

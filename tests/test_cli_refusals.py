@@ -195,6 +195,7 @@ def test_too_old_gl(dem, folder):
     assert done.returncode == 0 and "found OpenGL 4.1" in done.stdout and "97 x 65" in done.stdout
 
 
+@pytest.mark.slow
 def test_back_ends_draw_the_same_bytes(dem):
     working = {probe.name for probe in probe_backends() if probe.works}
     if not {"egl", "osmesa"} <= working:

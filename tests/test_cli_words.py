@@ -22,9 +22,8 @@ SIZE = ("--size", "64x48")
 
 
 @pytest.fixture(autouse=True)
-def dem(tmp_path, monkeypatch):
+def dem(folder):
     """Give the name of a small map, and nothing else in the folder to work in."""
-    monkeypatch.chdir(tmp_path)
     np.save("dem.npy", np.add.outer(np.arange(33.0), np.arange(49.0)))
     return "dem.npy"
 

@@ -50,9 +50,7 @@ def heightmap():
 
 @pytest.fixture
 def renderer(ctx, heightmap):
-    made = tg.Renderer(heightmap, SIZE, ctx=ctx)
-    yield made
-    made.release()
+    return tg.Renderer(heightmap, SIZE, ctx=ctx)
 
 
 @pytest.fixture
@@ -176,7 +174,6 @@ def test_drawn_heights_are_those_of_the_mesh(ctx):
     on_mesh &= ~np.isnan(heights)
     assert on_mesh.sum() > 100 and np.abs(drawn - expected)[on_mesh].max() < 1e-4
     assert np.array_equal(np.isnan(drawn), np.isnan(heights))
-    r.release()
 
 
 def test_the_picture_of_a_baseline_is_that_of_its_best_parameters(renderer, camera):

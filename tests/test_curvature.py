@@ -90,8 +90,6 @@ def test_the_shaders_drop_and_sag_are_the_references(ctx):
     between = reference.bilinear_heights(expected, cols, rows)
     assert told[inner, 2] == pytest.approx(between, rel=1e-5)
     assert camera.drop_between_m(heightmap, cols, rows) == pytest.approx(between, rel=1e-12)
-    view.release()
-    scene.release()
 
 
 # --- The certificate --------------------------------------------------------------------------------------------------
@@ -143,7 +141,6 @@ def test_flat_land_needs_triangles_only_because_the_earth_is_round(ctx):
     assert flat.triangles < selection.triangles < 2 * 69 * 90
     found = brute_force_px(scene, selection, camera, np.random.default_rng(1))
     assert 0.5 * achieved.max_px < found <= selection.certified_px
-    scene.release()
 
 
 def test_a_budget_is_spent_on_the_round_earth_too(ctx):
@@ -152,7 +149,6 @@ def test_a_budget_is_spent_on_the_round_earth_too(ctx):
         selection = scene.select(camera, triangles=budget)
         assert 0.5 * budget <= selection.triangles <= budget
         assert scene.achieved(selection, camera).max_px <= selection.certified_px
-    scene.release()
 
 
 def test_flat_ground_is_drawn_as_before(ctx):
@@ -163,7 +159,6 @@ def test_flat_ground_is_drawn_as_before(ctx):
     patches = selection.buffers.patches.read(16 * selection.patches)
     bent = scene.select(replace(camera, bend_per_m=1e-30))
     assert bent.buffers.patches.read(16 * bent.patches) == patches
-    scene.release()
 
 
 @settings(max_examples=15)
@@ -231,8 +226,6 @@ def test_rays_meet_the_plain_around_the_map_where_it_is(ctx):
     assert (told[(rays[:, 2] >= 0) | (inside < -1e-6)] == -1).all() and 20 < meets.sum() < 180
     roots = [np.roots([1e-6 * a, z, below_m]).real.min() for a, z in zip(across[meets], rays[meets, 2], strict=True)]
     assert told[meets] == pytest.approx(roots, rel=1e-3)
-    view.release()
-    scene.release()
 
 
 def test_the_sky_reaches_down_to_the_horizon_and_covers_it():

@@ -11,6 +11,8 @@ from commands import refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import rough
+from rasters import spaced, write_raster
+from test_pages import patches_of
 
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError, UsageError
@@ -18,7 +20,6 @@ from terrain_gl.basics.steps import drain
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
 from terrain_gl.files.views import standard_view
-from terrain_gl.gpu import layout
 from terrain_gl.gpu.packing import pack_pair
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.pages.edited_records import EditedRecords
@@ -72,12 +73,6 @@ def random_view(rng, z_m=60.0):
     x, y = rng.uniform(-0.1, 1.1, 2) * (2.0 * COLS, 2.0 * ROWS)
     target = (*(rng.random(2) * (2.0 * COLS, 2.0 * ROWS)), -40.0)
     return Camera((x, y, 40 + z_m * rng.random()), target, rng.uniform(20, 70))
-
-
-def patches_of(renderer):
-    with renderer.session:
-        selection = renderer.inspector.frame.selection
-        return selection.buffers.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
 def load_some(renderer, rng):
@@ -427,7 +422,6 @@ def test_a_page_that_was_read_before_an_edit_does_not_arrive_after_it(land):
     assert achieved <= certified
 
 
-@pytest.mark.slow
 def test_without_versions_it_does(land, monkeypatch):
     heights, path = land
     monkeypatch.setattr(EditedMap, "version", lambda self, key: 0)
@@ -455,14 +449,10 @@ def test_a_flight_rebuilds_by_itself(land):
 
 
 @pytest.fixture
-def placed(tmp_path, monkeypatch):
+def placed(folder):
     """A GeoTIFF and its store in the working folder."""
-    rasterio = pytest.importorskip("rasterio")
-    monkeypatch.chdir(tmp_path)
     heights = rough(90, 120, relief=60)
-    profile = {"driver": "GTiff", "height": 90, "width": 120, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
-    with rasterio.open("dem.tif", "w", transform=rasterio.transform.from_origin(500, 9000, 10, 10), **profile) as file:
-        file.write(heights, 1)
+    write_raster("dem.tif", heights, spaced(10, 500, 9000), "EPSG:32632")
     build("dem.tif", "s", tile=32, shard=128)
     return heights
 
@@ -502,7 +492,6 @@ def test_an_edit_of_one_post_at_the_rim_is_saved(placed):
         assert np.count_nonzero(renderer.heightmap.heights[:, :] != placed) == 1
 
 
-@pytest.mark.slow
 def test_an_edit_undone_is_none(placed):
     """Only the post that still differs is saved; without any, there is nothing to save, and the store is as it was."""
     with Renderer(StoredMap("s"), SIZE) as renderer:
@@ -573,7 +562,6 @@ def test_a_patch_file_with_wrong_values_is_refused_as_a_whole(placed):
         assert not isinstance(renderer.heightmap, EditedMap)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("crs", "fits"), [("EPSG:32633", False), ("EPSG:4978", False), ("EPSG:25832", True)])
 def test_a_window_in_another_coordinate_system_is_refused(placed, crs, fits):
     rasterio = pytest.importorskip("rasterio")
@@ -609,7 +597,6 @@ def test_edits_are_checked(land):
 # --- The command line -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_commands_draw_edits(placed, run):
     with Renderer(StoredMap("s"), SIZE) as renderer:
         renderer.edit(slice(20, 60), slice(30, 90), np.indices((40, 60)).sum(0) % 2 * 20.0)

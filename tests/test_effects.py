@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import parse
+from rasters import spaced, write_raster
 
 import terrain_gl as tg
 from terrain_gl.cli import effects
@@ -18,13 +19,9 @@ WEST, NORTH, STEP = 500_000.0, 5_000_000.0, 10.0
 @pytest.fixture(autouse=True)
 def dem(folder):
     """A hill of 20 to 80 m on 41 × 61 posts of 10 m, in a zone of UTM."""
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
     y, x = np.mgrid[0:61, 0:41]
     heights = 20 + 60 * np.exp(-((x - 20.0) ** 2 + (y - 30.0) ** 2) / 90)
-    how = {"driver": "GTiff", "width": 41, "height": 61, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
-    transform = rasterio.Affine(STEP, 0, WEST - STEP / 2, 0, -STEP, NORTH + STEP / 2)
-    with rasterio.open("dem.tif", "w", transform=transform, **how) as out:
-        out.write(heights.astype("f4"), 1)
+    write_raster("dem.tif", heights.astype("f4"), spaced(STEP, WEST - STEP / 2, NORTH + STEP / 2), "EPSG:32632")
     return folder
 
 

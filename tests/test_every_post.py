@@ -25,7 +25,6 @@ def test_measured_and_captured_it_is_the_full_resolution(ctx, name):
     assert len(r.triangles()) == full == stats["triangles"]
     measured = r.measure()
     assert measured["max_error_posts_px"] == 0 and measured["holes"] == 0
-    r.release()
 
 
 def heights_seen(renderer, camera, method):
@@ -74,7 +73,6 @@ def test_a_rough_map_has_no_holes_in_it(ctx):
     for name, camera in cameras(heightmap, (320, 180)).items():
         r.draw(camera, method="truth", style=UNLIT)
         assert r.measure()["holes"] == 0, name
-    r.release()
 
 
 @pytest.mark.parametrize("size", [(2, 2), (3, 70), (64, 97), (118, 203)], ids=str)

@@ -38,6 +38,7 @@ def test_example(example, tmp_path):
     assert pixels[..., :3].std() > 10
 
 
+@pytest.mark.slow
 def test_the_data_set_of_cameras(tmp_path):
     command = [sys.executable, str(FOLDER / "13_cameras.py"), "picture.png", "canyon-15m", "set"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)

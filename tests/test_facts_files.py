@@ -68,6 +68,7 @@ def test_a_picture_in_pieces_has_its_facts_in_one_file(run, truth, monkeypatch):
     assert np.median(np.abs(found["depth"][both] - truth.depth[both])) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [(), ("--workers", "2")])
 def test_a_flight_has_facts_for_each_picture_and_continues(run, folder, workers):
     words = ("fly", small_map(), "--size", "64x48", "--fps", "3", "--seconds", "1", "-o", "film/", "--facts", "npz")

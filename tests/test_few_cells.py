@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from maps import rough
-from ring_scenes import clipmap_of, patches_of, surface_errors
+from ring_scenes import change_shaders, clipmap_of, patches_of, surface_errors
 
 from terrain_gl.camera import Camera
-from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap
 
 POSTS, SPACING_M = 129, 10.0
@@ -18,9 +17,7 @@ def scene(ctx, request):
     rng = np.random.default_rng(3)
     heights = rough(POSTS, POSTS, 4, relief=40.0) + 8 * (rng.random((POSTS, POSTS)) < 0.1).astype("f4")
     heights[np.s_[::17, ::19]] = np.nan if request.param else heights[::17, ::19]
-    scene = clipmap_of(ctx, Heightmap(heights, SPACING_M), (320, 180))
-    yield scene
-    scene.release()
+    return clipmap_of(ctx, Heightmap(heights, SPACING_M), (320, 180))
 
 
 def near_ground():
@@ -40,20 +37,16 @@ def test_the_promise_holds_near_the_ground(scene, metric, error):
 
 def test_a_mesh_that_asks_the_tables_alone_needs_more_triangles(scene, monkeypatch):
     few = scene.select(near_ground(), 0.3).triangles
-    text = shaders._text
-    monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace("FEW_LOG2 = 1", "FEW_LOG2 = -1"))
+    change_shaders(monkeypatch, "FEW_LOG2 = 1", "FEW_LOG2 = -1")
     tables = clipmap_of(scene.terrain.ctx, scene.heightmap, (320, 180))
     assert tables.select(near_ground(), 0.3).triangles > 1.1 * few
-    tables.release()
 
 
 def test_a_budget_is_spent_on_rough_cells(scene, monkeypatch):
     """With the error of every cell known, the same budget gives a mesh with a smaller error."""
     few = scene.select(near_ground(), triangles=12000)
     with_few = surface_errors(scene, few, near_ground()).rms_px
-    text = shaders._text
-    monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace("FEW_LOG2 = 1", "FEW_LOG2 = -1"))
+    change_shaders(monkeypatch, "FEW_LOG2 = 1", "FEW_LOG2 = -1")
     tables = clipmap_of(scene.terrain.ctx, scene.heightmap, (320, 180))
     without = surface_errors(tables, tables.select(near_ground(), triangles=12000), near_ground()).rms_px
-    tables.release()
     assert with_few < without

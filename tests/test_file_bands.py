@@ -3,6 +3,7 @@
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from rasters import write_raster
 from test_kinds import COLS, METRES, ROWS, image, raster, terrarium
 
 from terrain_gl.basics.exceptions import TerrainError
@@ -45,10 +46,8 @@ def with_dataset_nodata(path):
 
 def palette(path, values=BYTES, colours=None, driver="GTiff", **more):
     """Indices of a palette; by default entry i is the grey i."""
-    profile = {"width": COLS, "height": ROWS, "count": 1, "dtype": "uint8", "photometric": "palette", **more}
-    with rasterio.open(path, "w", driver=driver, **profile) as file:
-        file.write_colormap(1, colours or {i: (i, i, i, 255) for i in range(256)})
-        file.write(values, 1)
+    colours = colours or {i: (i, i, i, 255) for i in range(256)}
+    write_raster(path, values, None, None, driver, palette=colours, photometric="palette", **more)
 
 
 def png_with_headers(path):

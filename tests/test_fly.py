@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import refused, small_map
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
@@ -31,11 +32,8 @@ SMALL = ("--size", "64x36", "--fps", "5", "--seconds", "1")
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    y, x = np.mgrid[0:65, 0:97]
-    np.save("dem.npy", (40 * np.exp(-((x - 50) ** 2 + (y - 30) ** 2) / 300) + 0.1 * x).astype("f4"))
-    return tmp_path
+def dem(folder):
+    return small_map()
 
 
 @pytest.fixture
@@ -44,13 +42,6 @@ def path():
     views = [tg.Camera((10, 5, 60), (50, 35, 20), 40), tg.Camera((80, 5, 50), (50, 35, 20), 50)]
     CameraPath([Keyframe(view) for view in views], seconds=1).save("path.json")
     return "path.json"
-
-
-def refused(result, status, *texts):
-    code, out, err = result
-    assert (code, out) == (status, ""), err
-    assert err.startswith("terrain-gl") and err.count("\n") == 1, err
-    assert all(text in err for text in texts), err
 
 
 def test_a_folder_of_pictures_takes_no_extra(run, path):
@@ -170,19 +161,7 @@ def test_interrupted(output):
     """Ctrl-C in the middle: status 130, one line that says which files exist, and no incomplete file."""
     if output != "f/":
         pytest.importorskip("av", reason="the extra [video] is not installed")
-    command = [
-        sys.executable,
-        "-m",
-        "terrain_gl",
-        "fly",
-        "dem.npy",
-        "-o",
-        output,
-        "--size",
-        "64x36",
-        "--seconds",
-        "999",
-    ]
+    command = [sys.executable, *f"-m terrain_gl fly dem.npy -o {output} --size 64x36 --seconds 999".split()]
     listening = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}  # background jobs ignore Ctrl-C
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **listening) as process:
         try:
@@ -244,12 +223,17 @@ def interrupt(monkeypatch, after):
     return drawn
 
 
-def test_an_interrupted_folder_is_continued(undisturbed, run, monkeypatch):
-    words, expected, numbers = undisturbed
-    words = (*words, "-o", "f", "--json", "n.json")
+def break_off(run, monkeypatch, words):
+    """Run a command line that is interrupted after three frames."""
     with monkeypatch.context() as patch:
         interrupt(patch, 3)
         assert run(*words)[0] == 130
+
+
+def test_an_interrupted_folder_is_continued(undisturbed, run, monkeypatch):
+    words, expected, numbers = undisturbed
+    words = (*words, "-o", "f", "--json", "n.json")
+    break_off(run, monkeypatch, words)
     left = len(pictures("f"))
     assert 1 <= left <= 3
     refused(run(*words, "--style", "normals"), 1, "f: holds frames of another flight")
@@ -262,9 +246,7 @@ def test_an_interrupted_folder_is_continued(undisturbed, run, monkeypatch):
 
 def test_a_journal_that_was_cut_off_is_refused_in_one_line(undisturbed, run, monkeypatch):
     words = (*undisturbed[0], "-o", "f")
-    with monkeypatch.context() as patch:
-        interrupt(patch, 3)
-        assert run(*words)[0] == 130
+    break_off(run, monkeypatch, words)
     Path(f"f/{JOURNAL}").write_bytes(b"")
     refused(run(*words), 1, "f: holds frames of another flight")
 
@@ -361,9 +343,7 @@ def test_a_film_keeps_its_parts_when_the_disk_is_full(film, run, monkeypatch):
 
 def test_a_flight_over_another_map_is_not_mixed_with(undisturbed, run, monkeypatch):
     words = (*undisturbed[0], "-o", "f")
-    with monkeypatch.context() as patch:
-        interrupt(patch, 3)
-        assert run(*words)[0] == 130
+    break_off(run, monkeypatch, words)
     np.save("dem.npy", 2 * np.load("dem.npy"))
     refused(run(*words), 1, "f: holds frames of another flight")
     for name in pictures("f"):

@@ -3,12 +3,12 @@
 import ctypes
 import os
 from concurrent.futures import ThreadPoolExecutor
-from itertools import zip_longest
 
 import moderngl
 import numpy as np
 import pytest
 from maps import rough
+from test_renderer import in_turns
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
@@ -311,14 +311,8 @@ def test_the_context_of_a_program_stays_current(ctx, land, camera):
 def test_renderers_draw_in_turns(land, stored, camera):
     with tg.Renderer(land, SIZE) as one, tg.Renderer(stored, SIZE) as other:
         expected = [each.render(camera, 1.0, style="normals").image for each in (one, other)]
-        found = []
-
-        def drawing(each):
-            found.append((each, (yield from each.render_steps(camera, 1.0, style="normals")).image))
-
-        for _ in zip_longest(drawing(one), drawing(other)):
-            pass
-        assert all(np.array_equal(dict(found)[each], image) for each, image in zip((one, other), expected, strict=True))
+        found = in_turns(*(each.render_steps(camera, 1.0, style="normals") for each in (one, other)))
+        assert all(np.array_equal(each.image, image) for each, image in zip(found, expected, strict=True))
 
 
 def test_what_is_on_the_gpu_says_where_it_may_be_read(land, camera):

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from rasters import spaced, write_raster
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.heightmap import Heightmap
@@ -57,15 +58,6 @@ def geo(request, monkeypatch):
 @pytest.fixture
 def rasterio():
     return pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
-
-
-def write_geotiff(rasterio, path, heights, transform, crs, nodata=None, **options):
-    rows, cols = heights.shape
-    profile = {"driver": "GTiff", "width": cols, "height": rows, "count": 1, "dtype": heights.dtype.name}
-    grid = rasterio.Affine(*transform)
-    with rasterio.open(path, "w", **profile, transform=grid, crs=crs, nodata=nodata, **options) as out:
-        out.write(heights, 1)
-    return path
 
 
 def error_of(path, **options):
@@ -222,10 +214,7 @@ def test_hgt(tmp_path):
 @pytest.mark.parametrize("driver, name", [("AAIGrid", "map.asc"), ("SAGA", "map.sdat")])
 def test_other_formats_through_gdal(tmp_path, rasterio, driver, name):
     truth = posts("float32")
-    profile = {"driver": driver, "width": COLS, "height": ROWS, "count": 1, "dtype": "float32", "nodata": -9999}
-    with rasterio.open(tmp_path / name, "w", **profile, transform=rasterio.Affine(5, 0, 0, 0, -5, 0)) as out:
-        out.write(truth, 1)
-    terrain = Heightmap.open(tmp_path / name)
+    terrain = Heightmap.open(write_raster(tmp_path / name, truth, spaced(5, 0, 0), None, driver, nodata=-9999))
     np.testing.assert_allclose(terrain.heights, truth, rtol=1e-6)
     assert terrain.spacing_m == (5.0, 5.0)
 
@@ -234,8 +223,7 @@ def test_other_formats_through_gdal(tmp_path, rasterio, driver, name):
 def test_tiff_that_only_gdal_decodes(tmp_path, geo, compress, monkeypatch):
     if not geo:
         monkeypatch.undo()
-    made = write_geotiff(pytest.importorskip("rasterio"), tmp_path / "map.tif", posts("float32"), (2, 0, 0, 0, -2, 0),
-                         None, compress=compress)  # fmt: skip
+    made = write_raster(tmp_path / "map.tif", posts("float32"), spaced(2, 0, 0), None, compress=compress)
     if geo:
         np.testing.assert_array_equal(Heightmap.open(made).heights, posts("float32"))
     else:
@@ -341,13 +329,11 @@ def test_nodata_is_compared_before_scaling(tmp_path):
 def test_tag_of_nodata(tmp_path, rasterio):
     heights = posts("float32")
     heights[0, 0], heights[1, 1], heights[2, 2] = -3.4028235e38, np.nan, np.inf
-    made = write_geotiff(
-        rasterio, tmp_path / "map.tif", heights, (2, 0, 0, 0, -2, 0), None, nodata=-3.4028234663852886e38
-    )
+    made = write_raster(tmp_path / "map.tif", heights, (2, 0, 0, 0, -2, 0), None, nodata=-3.4028234663852886e38)
     assert Heightmap.open(made).voids == 3
     heights = posts("int16")
     heights[0, 0], heights[1, 1] = -32768, -9999
-    made = write_geotiff(rasterio, tmp_path / "int.tif", heights, (2, 0, 0, 0, -2, 0), None, nodata=-9999)
+    made = write_raster(tmp_path / "int.tif", heights, (2, 0, 0, 0, -2, 0), None, nodata=-9999)
     terrain = Heightmap.open(made)
     assert np.isnan(terrain.heights[1, 1]) and np.isnan(terrain.heights[0, 0]) and terrain.range_m[0] > -9999
 
@@ -355,19 +341,19 @@ def test_tag_of_nodata(tmp_path, rasterio):
 def test_spacing_of_a_geographic_map(tmp_path, rasterio):
     step = 1 / 1200
     grid = (step, 0, 10.0, 0, -step, 46.0 + step * ROWS / 2)
-    made = write_geotiff(rasterio, tmp_path / "map.tif", posts(), grid, "EPSG:4326")
+    made = write_raster(tmp_path / "map.tif", posts(), grid, "EPSG:4326")
     assert Heightmap.open(made).spacing_m == pytest.approx(np.array(metres_per_degree(46.0)) / 1200)
     assert Heightmap.open(made, spacing_m=(3, 4)).spacing_m == (3.0, 4.0)
 
 
 def test_spacing_of_a_map_of_the_moon(tmp_path, rasterio):
     moon = 'GEOGCS["Moon",DATUM["Moon",SPHEROID["Moon",1737400,0]],PRIMEM["0",0],UNIT["degree",0.0174532925199433]]'
-    made = write_geotiff(rasterio, tmp_path / "map.tif", posts("int16"), (0.1, 0, 0, 0, -0.1, 0.05 * ROWS), moon)
+    made = write_raster(tmp_path / "map.tif", posts("int16"), (0.1, 0, 0, 0, -0.1, 0.05 * ROWS), moon)
     assert Heightmap.open(made).spacing_m == pytest.approx([np.radians(0.1) * 1737400] * 2)
 
 
 def test_spacing_of_a_projected_map_in_feet(tmp_path, rasterio):
-    made = write_geotiff(rasterio, tmp_path / "map.tif", posts(), (10, 0, 6.5e6, 0, -20, 2e6), "EPSG:2225")
+    made = write_raster(tmp_path / "map.tif", posts(), (10, 0, 6.5e6, 0, -20, 2e6), "EPSG:2225")
     assert Heightmap.open(made).spacing_m == pytest.approx((10 * 1200 / 3937, 20 * 1200 / 3937))
 
 
@@ -384,7 +370,7 @@ CRS_WITHOUT_UNITS_ON_A_MAP = {
 def test_a_crs_that_is_of_no_use_is_noted(tmp_path, rasterio, kind, spacing_m):
     """Photogrammetry programs write such files."""
     crs = CRS_WITHOUT_UNITS_ON_A_MAP[kind]
-    made = write_geotiff(rasterio, tmp_path / "map.tif", posts(), (2, 0, 100, 0, -3, 100), crs)
+    made = write_raster(tmp_path / "map.tif", posts(), (2, 0, 100, 0, -3, 100), crs)
     terrain = Heightmap.open(made, spacing_m=spacing_m)
     np.testing.assert_array_equal(terrain.heights, posts())
     assert terrain.spacing_m == ((5, 5) if spacing_m else (2, 3))
@@ -393,7 +379,7 @@ def test_a_crs_that_is_of_no_use_is_noted(tmp_path, rasterio, kind, spacing_m):
 
 @pytest.mark.parametrize("grid", [(-1, 0, 9, 0, -1, 0), (1, 0.5, 0, 0.5, -1, 0)])
 def test_maps_that_are_not_north_up(tmp_path, rasterio, grid):
-    assert "gdalwarp" in error_of(write_geotiff(rasterio, tmp_path / "map.tif", posts(), grid, "EPSG:32610"))
+    assert "gdalwarp" in error_of(write_raster(tmp_path / "map.tif", posts(), grid, "EPSG:32610"))
 
 
 def test_metres_per_degree_against_the_published_table():

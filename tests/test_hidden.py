@@ -42,7 +42,6 @@ def valley():
         yield renderer, in_a_valley(heights)
 
 
-@pytest.mark.slow
 def test_the_picture_is_the_same_to_the_bit(ctx, monkeypatch):
     """Eyes above the ground, beside the map and below it; both metrics; voids filled or cut out; a round Earth.
 
@@ -191,7 +190,6 @@ def test_voids_hide_nothing(ctx, eye_m):
     assert 0 < on.stats["patches_hidden"] == again.stats["patches_hidden"] < whole.stats["patches_hidden"]
 
 
-@pytest.mark.slow
 def test_voids_of_a_store_hide_nothing(tmp_path):
     """With all pages, and with the coarsest alone: their nodes know of holes below them."""
     pytest.importorskip("zarr", reason="zarr, of the extra [store], is not installed")

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 from hostile import HARMLESS, SECRET, Listener, make_files, vrt
+from rasters import spaced, write_raster
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
@@ -82,10 +83,7 @@ def test_a_mosaic_is_what_gdal_makes_of_it(rasterio, places):
     for name, east in (("a.tif", 0), ("below/b.tif", 50)):
         tiles[name] = rng.integers(0, 3000, (64, 64), "i2")
         tiles[name][:5, :7] = -9999
-        profile = {"driver": "GTiff", "width": 64, "height": 64, "count": 1, "dtype": "int16", "nodata": -9999}
-        grid = rasterio.Affine(30, 0, 30 * east, 0, -30, 0)
-        with rasterio.open(folder / name, "w", **profile, crs="EPSG:32610", transform=grid) as out:
-            out.write(tiles[name], 1)
+        write_raster(folder / name, tiles[name], spaced(30, 30 * east, 0), "EPSG:32610", nodata=-9999)
     sources = "".join(
         f'<ComplexSource><SourceFilename relativeToVRT="1">{name}</SourceFilename><SourceBand>1</SourceBand>'
         f'<SrcRect xOff="0" yOff="0" xSize="64" ySize="64"/><DstRect xOff="{x}" yOff="{y}" xSize="{s}" ySize="{s}"/>'

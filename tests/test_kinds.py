@@ -6,6 +6,7 @@ import zipfile
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from rasters import write_raster
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.files.generate import Land, write_land
@@ -38,19 +39,9 @@ def image(path, pixels, **attributes):
     out.close()
 
 
-def raster(path, values=METRES, driver="GTiff", grid=(30, 0, 5e5, 0, -30, 5.1e6), crs="EPSG:32632", unit="", **more):
-    """Write a raster through GDAL; scale and offset are those of the band."""
-    import rasterio
-
-    scale, offset = more.pop("scale", 1), more.pop("offset", 0)
-    values = values if values.ndim == 3 else values[None]
-    profile = {"count": len(values), "height": values.shape[1], "width": values.shape[2], "dtype": values.dtype.name}
-    transform = rasterio.Affine(*grid) if grid else rasterio.Affine.identity()
-    with rasterio.open(path, "w", driver=driver, transform=transform, crs=crs, **profile, **more) as out:
-        out.write(values)
-        out.scales, out.offsets = [scale] * len(values), [offset] * len(values)
-        if unit:
-            out.units = [unit] * len(values)
+def raster(path, values=METRES, driver="GTiff", grid=(30, 0, 5e5, 0, -30, 5.1e6), crs="EPSG:32632", **more):
+    """Write a raster of the land."""
+    write_raster(path, values, grid, crs, driver, **more)
 
 
 def geographic(step=SECOND):

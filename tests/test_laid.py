@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
@@ -23,9 +24,7 @@ SPAN = N * STEP
 @pytest.fixture
 def heightmap(folder):
     """A map with a place on the earth. It is level, so that its colour is the picture's."""
-    profile = {"driver": "GTiff", "width": N, "height": N, "count": 1, "dtype": "float32", "crs": UTM}
-    with rasterio.open("map.tif", "w", transform=rasterio.Affine(STEP, 0, WEST, 0, -STEP, NORTH), **profile) as out:
-        out.write(np.zeros((N, N), "f4"), 1)
+    write_raster("map.tif", np.zeros((N, N), "f4"), spaced(STEP, WEST, NORTH), UTM)
     return Heightmap.open("map.tif")
 
 
@@ -43,10 +42,7 @@ def picture(name, box, crs=UTM, pixels=160, alpha=None, **more):
     red = (x > WEST + SPAN / 2) & (y > NORTH - SPAN / 2)
     colours = np.where(red[..., None], (240, 20, 20), (20, 120, 20)).astype("u1")
     bands = np.moveaxis(colours if alpha is None else np.dstack([colours, alpha]), -1, 0)
-    profile = {"driver": "GTiff", "width": pixels, "height": pixels, "count": len(bands), "dtype": "uint8", "crs": crs}
-    with rasterio.open(name, "w", transform=rasterio.Affine(step[0], 0, west, 0, -step[1], north), **profile) as out:
-        out.write(bands)
-    return name
+    return write_raster(name, bands, (step[0], 0, west, 0, -step[1], north), crs)
 
 
 @pytest.mark.parametrize("crs", [UTM, "EPSG:4326", "EPSG:3857", "EPSG:2056"])

@@ -166,6 +166,7 @@ def moved_px(camera, points, rise_m, size):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10**6))
 def test_the_bound_of_a_box_holds(ctx, seed):

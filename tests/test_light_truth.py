@@ -2,6 +2,7 @@
 
 import math
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,6 @@ def test_rays_end_where_marching_says(ctx):
         # beyond 4 posts the shader's steps are longer than the reference's, and may step over a tip
         assert np.mean(answers[:, 0] == expected) > 0.97
     assert np.allclose(answers[:, 1], reference.bilinear_heights(heightmap.heights, *posts.T), atol=1e-2)
-    terrain.release()
 
 
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0.6, 0, 0.8), (-0.36, 0.48, -0.8)])
@@ -79,15 +79,7 @@ def test_land_and_sky_are_averaged_apart():
 
 @pytest.fixture
 def renderer(ctx):
-    made = []
-
-    def make(heightmap, size):
-        made.append(Renderer(heightmap, size, ctx=ctx))
-        return made[-1]
-
-    yield make
-    for each in made:
-        each.release()
+    return partial(Renderer, ctx=ctx)
 
 
 def test_level_ground_is_shaded_as_it_is_by_rays(renderer):

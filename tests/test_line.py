@@ -29,13 +29,12 @@ SIZE = (96, 64)
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def folder(folder):
     y, x = np.mgrid[0:65, 0:97]
     heights = 40 * np.exp(-((x - 50) ** 2 + (y - 30) ** 2) / 300) + 0.1 * x
     heights[3:6, 80:90] = -9
     np.save("a hill's map.npy", heights.astype("f4"))
-    return tmp_path
+    return folder
 
 
 def parsed(line):

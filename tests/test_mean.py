@@ -119,7 +119,6 @@ def test_without_one_patch_the_sum_is_another(ctx, scene, monkeypatch):
     other = scene_of(ctx, scene.heightmap.heights)
     mesh = select(other, seen_whole(), 0.3)
     assert mesh.certified_px != pytest.approx(bound_px(other, mesh), rel=1e-3)
-    other.release()
 
 
 def test_patches_partly_in_the_picture_are_in_the_sum(ctx, monkeypatch):
@@ -152,8 +151,6 @@ def test_land_with_voids_is_no_land_of_the_mean(ctx, scene, monkeypatch):
     change_shaders(monkeypatch, "if (is_void(first + ivec2(i % posts.x, i / posts.x))) return true;", "")
     other = scene_of(ctx, heights)
     assert select(other, seen_whole(), 0.2).triangles < 0.9 * mesh.triangles
-    for each in (voids, other):
-        each.release()
 
 
 def test_where_no_patch_is_wholly_in_the_picture_each_patch_keeps_the_tolerance(ctx, scene):

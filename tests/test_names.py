@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from rasters import write_raster
 
 import terrain_gl as tg
 from terrain_gl.camera.pieces import cut
@@ -65,20 +66,16 @@ def test_names_that_would_cover_each_other_are_left_out():
     assert len(stamps) == 2 and stamps[0].top > 100 and stamps[1].left > 300
 
 
-def test_pictures_in_pieces_and_films_have_names(tmp_path, monkeypatch, run):
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
+def test_pictures_in_pieces_and_films_have_names(folder, monkeypatch, run):
     pytest.importorskip("pyproj", reason="the extra [geo] is not installed")
-    monkeypatch.chdir(tmp_path)
-    how = {"driver": "GTiff", "width": 65, "height": 65, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
-    with rasterio.open("hill.tif", "w", transform=rasterio.Affine(10, 0, 500_000, 0, -10, 5_000_000), **how) as out:
-        out.write(hill().heights, 1)
+    write_raster("hill.tif", hill().heights, crs="EPSG:32632")
     at = [[500_005 + 10 * x, 4_999_995 - 10 * y] for x, y in POINTS.values()]
     features = [
         {"type": "Feature", "properties": {"name": name}, "geometry": {"type": "Point", "coordinates": place}}
         for name, place in zip(POINTS, at, strict=True)
     ]
     crs = {"type": "name", "properties": {"name": "EPSG:32632"}}
-    (tmp_path / "p.json").write_text(json.dumps({"type": "FeatureCollection", "crs": crs, "features": features}))
+    (folder / "p.json").write_text(json.dumps({"type": "FeatureCollection", "crs": crs, "features": features}))
     view = ("--eye", "320,-300,130", "--target", "320,320,60", "--fov", "45", "--size", "160x90", "--style", "lambert")
     over = ("shot", "hill.tif", *view, "--overlay", "p.json", "-o")
     assert run(*over, "named.png")[0] == 0

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rasters import write_raster
 
 from terrain_gl.camera import Camera
 from terrain_gl.cli.records import SunOptions
@@ -116,13 +117,9 @@ def test_the_time_of_day_gives_a_true_azimuth():
 
 
 def test_a_turned_grid_gets_a_line(run, folder):
-    rasterio = pytest.importorskip("rasterio")
     for name in ("arctic", "Mercator"):
         heightmap = cone(*SYSTEMS[name][:3])
-        grid = heightmap.georeference.grid
-        how = {"width": N, "height": N, "count": 1, "dtype": "float32", "crs": heightmap.georeference.crs}
-        with rasterio.open("a.tif", "w", driver="GTiff", transform=rasterio.Affine(*grid), **how) as file:
-            file.write(heightmap.heights[None])
+        write_raster("a.tif", heightmap.heights, heightmap.georeference.grid, heightmap.georeference.crs)
         _, said, told = run("shot", "a.tif", "-o", "a.png", "--size", "64x36", "--furniture")
         assert ("true north, from which the sun's azimuth counts, is 105.0 degrees clockwise" in told) == (
             name == "arctic"

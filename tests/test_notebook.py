@@ -305,6 +305,7 @@ maps.open_map = with_fewer_posts
 """
 
 
+@pytest.mark.slow
 def test_the_example_runs_without_a_front_end(monkeypatch):
     """As CI runs it: every cell, without a display, and with a still picture instead of the widget."""
     nbformat = pytest.importorskip("nbformat", reason="the extra [test] is not installed")
@@ -370,6 +371,7 @@ print(sum(each() is not None for each in contexts), sizes[9], sizes[29])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_a_dropped_view_gives_its_memory_back_unless_it_was_shown(folder):
     done = subprocess.run([sys.executable, "-c", DROPPED], capture_output=True, text=True, timeout=300)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hostile import vrt
+from rasters import spaced, write_raster
 
 from terrain_gl import cli
 from terrain_gl.basics.exceptions import TerrainError
@@ -19,10 +20,9 @@ SIZE = ("--size", "64x48")
 
 
 @pytest.fixture(autouse=True)
-def work(tmp_path, monkeypatch):
+def work(folder):
     """Give an empty folder to work in."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+    return folder
 
 
 @pytest.fixture
@@ -82,10 +82,7 @@ def test_no_writer_writes_over_a_bundled_map():
 
 
 def test_the_sources_of_a_mosaic_are_no_output(refused):
-    rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
-    profile = {"driver": "GTiff", "width": 64, "height": 64, "count": 1, "dtype": "float32"}
-    with rasterio.open("tile.tif", "w", **profile, transform=rasterio.Affine(2, 0, 0, 0, -2, 0)) as out:
-        out.write(np.eye(64, dtype="f4"), 1)
+    write_raster("tile.tif", np.eye(64, dtype="f4"), spaced(2, 0, 0), None)
     Path("mosaic.vrt").write_text(vrt("tile.tif", 'relativeToVRT="1"'))
     before = Path("tile.tif").read_bytes()
     assert "tile.tif: is also an input" in refused("shot", "mosaic.vrt", "-o", "tile.tif", *SIZE)

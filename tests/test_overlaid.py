@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from commands import refused
 from maps import rough
+from rasters import write_raster
 
 import terrain_gl as tg
 from terrain_gl.camera.pieces import cut
@@ -22,26 +23,20 @@ NO_POINTS = np.zeros((0, 2))
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
+def folder(folder):
     """A map, and a way over it in metres from its south-western post."""
-    monkeypatch.chdir(tmp_path)
     np.save("map.npy", rough(97, 130, 3))
     way = {"type": "LineString", "coordinates": [[20, 40], [70, 50], [110, 45]]}
-    (tmp_path / "way.json").write_text(json.dumps(way | {"crs": None}))
-    return tmp_path
+    (folder / "way.json").write_text(json.dumps(way | {"crs": None}))
+    return folder
 
 
 @pytest.fixture
 def placed(folder):
     """A map that says where it lies; a way over it in degrees; a picture of its ground, red."""
-    rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
     pytest.importorskip("pyproj", reason="the [geo] extra is not installed")
-    profile = {"driver": "GTiff", "width": 130, "height": 97, "crs": "EPSG:32632"}
-    grid = rasterio.Affine(10, 0, 500_000, 0, -10, 5_150_000)
-    with rasterio.open("map.tif", "w", count=1, dtype="float32", transform=grid, **profile) as out:
-        out.write(rough(97, 130, 3) * 10, 1)
-    with rasterio.open("red.tif", "w", count=3, dtype="uint8", transform=grid, **profile) as out:
-        out.write(np.broadcast_to(np.array([240, 20, 20], "u1")[:, None, None], (3, 97, 130)))
+    write_raster("map.tif", rough(97, 130, 3) * 10)
+    write_raster("red.tif", np.broadcast_to(np.array([240, 20, 20], "u1")[:, None, None], (3, 97, 130)))
     place = tg.Heightmap.open("map.tif").place
     way = [place.to_lonlat(x, y) for x, y in ((200, 400), (700, 500), (1100, 450))]
     (folder / "way.json").write_text(json.dumps({"type": "LineString", "coordinates": way}))

@@ -1,10 +1,10 @@
 """Light of stores: horizons of pages against their twin and the whole map's, pictures, flights, limits, bad sources."""
 
 import threading
-import time
 
 import numpy as np
 import pytest
+from test_streaming import until
 
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError
@@ -268,6 +268,7 @@ class Held(StoredMap):
 FINE_PX = 0.05  # so fine that all pages in the picture are loaded, whatever came before
 
 
+@pytest.mark.slow
 def test_a_flight_does_not_wait_for_light_and_gets_it(hills, monkeypatch):
     monkeypatch.setattr(page_light, "PATIENCE_S", 600.0)
     whole, path = hills
@@ -275,19 +276,17 @@ def test_a_flight_does_not_wait_for_light_and_gets_it(hills, monkeypatch):
     stored = Held(path)
     with Renderer(stored, SIZE) as renderer, Renderer(StoredMap(path), SIZE) as other:
         renderer.streaming.waits = False
-        end = time.monotonic() + 80
-        while not renderer.draw(camera, FINE_PX, sun=(300, 12), **LIT)["complete"]:
-            assert time.monotonic() < end
+        until(lambda: renderer.draw(camera, FINE_PX, sun=(300, 12), **LIT)["complete"])
         dark = renderer.render(camera, FINE_PX, sun=(300, 12), **LIT)
         assert dark.stats["tiles_unlit"] > 3  # pages whose surroundings nobody has read
         stored.gate.set()
-        while renderer.draw(camera, FINE_PX, sun=(300, 12), **LIT)["tiles_unlit"]:
-            assert time.monotonic() < end
+        until(lambda: not renderer.draw(camera, FINE_PX, sun=(300, 12), **LIT)["tiles_unlit"])
         lit = renderer.render(camera, FINE_PX, sun=(300, 12), **LIT).image
         expected = other.render(camera, FINE_PX, sun=(300, 12), **LIT).image
         assert difference(lit, expected) < 0.5 < 2.0 < difference(dark.image, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rehearses", [True, False])
 def test_a_flight_compiles_nothing_when_light_comes(hills, monkeypatch, rehearses):
     """Its first picture runs all passes of light once; otherwise a frame in the middle would take much longer."""
@@ -298,11 +297,10 @@ def test_a_flight_compiles_nothing_when_light_comes(hills, monkeypatch, rehearse
     with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         renderer.streaming.waits = False
         renderer.draw(camera, FINE_PX, **LIT)
-        picture, end = renderer.picture, time.monotonic() + 80
+        picture = renderer.picture
         programs = len(picture.programs)
         assert not picture.lighting.is_there
-        while not (stats := renderer.draw(camera, FINE_PX, **LIT))["complete"] or stats["tiles_unlit"]:
-            assert time.monotonic() < end
+        until(lambda: (stats := renderer.draw(camera, FINE_PX, **LIT))["complete"] and not stats["tiles_unlit"])
         assert (len(picture.programs) == programs) == rehearses
         lit = renderer.render(camera, FINE_PX, **LIT).image
     with Renderer(StoredMap(path), SIZE) as other:

@@ -2,13 +2,13 @@
 
 import json
 import math
-import shutil
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from commands import refused, spawn
+from hostile import cut_heights
 from maps import cliff, rough, spike
 from ring_scenes import doubled_areas
 
@@ -49,6 +49,15 @@ def steep(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("store") / "s"
     build(np.asarray(heights, np.float32), path, **SMALL)
     return Heightmap(heights, 2.0), path
+
+
+@pytest.fixture(scope="module")
+def pair(hills):
+    """Renderers of a map in memory and of its store, which has loaded all pages."""
+    whole, path = hills
+    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
+        load(other, all_pages(other.heightmap))
+        yield one, other
 
 
 def random_view(heightmap, rng):
@@ -155,6 +164,7 @@ def check_bounds(maps, rounds, views, metrics, **options):
                     assert found.posts == achieved(one).posts
 
 
+@pytest.mark.slow
 def test_on_a_round_earth_stores_are_drawn_and_certified_as_whole_maps(hills, alone, monkeypatch):
     """A planet of 3 km: the map is 500 m wide, so land at its other side is drawn 50 m lower."""
     monkeypatch.setattr("terrain_gl.sight.WGS84", (3000.0, 0.0))
@@ -167,6 +177,7 @@ def test_with_all_pages_the_mesh_is_that_of_the_whole_map(hills):
     check_equal(hills, 4, METRICS)
 
 
+@pytest.mark.slow
 def test_whatever_is_there_achieves_what_is_certified(hills, alone):
     check_bounds(hills, 1, 4, METRICS)
 
@@ -174,13 +185,9 @@ def test_whatever_is_there_achieves_what_is_certified(hills, alone):
 @pytest.mark.parametrize(
     "style", ["lambert", "normals", "lod", "wireframe", "segments", "promise", "error", "voids", "depth", "cracks"]
 )
-def test_with_all_pages_pictures_are_those_of_the_whole_map(hills, style):
-    whole, path = hills
-    camera = standard_view(whole, "default")
-    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
-        load(other, all_pages(other.heightmap))
-        found = [renderer.render(camera, 1.0, style=style, contour_m=5.0).image for renderer in (one, other)]
-    np.testing.assert_array_equal(*found)
+def test_with_all_pages_pictures_are_those_of_the_whole_map(pair, style):
+    camera = standard_view(pair[0].heightmap, "default")
+    np.testing.assert_array_equal(*(each.render(camera, 1.0, style=style, contour_m=5.0).image for each in pair))
 
 
 @pytest.mark.parametrize("view", ["default", "valley"])
@@ -258,30 +265,24 @@ def test_pages_sum_the_steps_of_the_map_in_memory(ctx, tmp_path, offset_m):
         part = found[16 * row : 16 * row + 17, 16 * col : 16 * col + 17]
         expected = reference.sat(part.astype(np.int64))[-part.shape[0] :, -part.shape[1] :]
         np.testing.assert_array_equal(table[: part.shape[0], : part.shape[1]], expected)
-    for resource in (sums, terrain):
-        resource.release()
 
 
-@pytest.mark.slow
 def test_with_all_pages_pictures_of_a_real_map_are_those_of_the_whole_map(dem, tmp_path):
     heights = np.nan_to_num(Heightmap.open(dem / "mt_rainier_90m.tif").heights[300:620, 200:500])
     build(heights, tmp_path / "s", tile=32, shard=128, spacing_m=60.0)
     check_equal((Heightmap(heights, 60.0), tmp_path / "s"), 3, METRICS)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("metric", METRICS)
 def test_with_all_pages_steep_meshes_are_those_of_the_whole_map(steep, metric):
     check_equal(steep, 3, [metric])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("metric", METRICS)
 def test_whatever_is_there_of_steep_maps_achieves_what_is_certified(steep, metric, alone):
     check_bounds(steep, 1, 3, [metric])
 
 
-@pytest.mark.slow
 def test_a_view_loads_what_it_needs_and_no_more(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
@@ -467,14 +468,6 @@ def test_the_records_of_the_endless_land_hold():
 # --- The command line -------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def store(hills, tmp_path, monkeypatch):
-    """A store in the working folder."""
-    monkeypatch.chdir(tmp_path)
-    shutil.copytree(hills[1], "s")
-    return "s"
-
-
 def test_commands_read_stores(store, run):
     status, out, _ = run("measure", store, "--size", "96x64", "--max-error", "2", "--json", "-")
     stats = json.loads(out)
@@ -502,15 +495,8 @@ def test_frames_over_a_store_are_pictures_of_their_own(store, run):
     np.testing.assert_array_equal(read_image("frames/frame-00003.png"), alone[..., :3])
 
 
-def damage(store):
-    """Cut all shards of the finest heights short."""
-    for shard in Path(store, "heights/0/c").rglob("*"):
-        if shard.is_file():
-            shard.write_bytes(shard.read_bytes()[:100])
-
-
 def test_a_damaged_tile_ends_a_shot_with_one_line(store):
-    damage(store)
+    cut_heights(store)
     words = ("--size", "96x64", "--max-error", "0.05", "--view", "ridge", "--style", "lambert", "--json", "n.json")
     done = spawn("shot", store, "-o", "p.png", *words)
     assert done.returncode == 1 and done.stderr.count("\n") == 1 and "not complete" in done.stderr
@@ -522,7 +508,7 @@ def test_a_damaged_tile_ends_a_shot_with_one_line(store):
 def test_a_damaged_tile_ends_a_measurement_and_a_flight_with_one_line(store, run):
     path = [{"eye": [x, 100, 90], "target": [200, 200, 0]} for x in (100, 150)]
     Path("path.json").write_text(json.dumps({"keyframes": path}))
-    damage(store)
+    cut_heights(store)
     refused(run("measure", store, "--size", "96x64"), 1, "heights/0")
     words = ("--path", "path.json", "--size", "64x48", "--seconds", "0.2", "--fps", "10", "--max-error", "0.01")
     status, _, err = run("fly", store, "-o", "frames/", *words)

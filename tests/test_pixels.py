@@ -127,8 +127,6 @@ def test_shares_side_by_side_are_the_reference(ctx):
     parts = np.array([[part >> shift & 1023 for shift in (0, 10, 20)] for part in (got, expected)], int)
     off = np.abs(parts[0] - parts[1])
     assert off.max() <= 1 and (off > 0).mean() < 0.01
-    for resource in (shares, packed, shader):
-        resource.release()
 
 
 @pytest.mark.parametrize("table", TABLES)

@@ -137,6 +137,7 @@ def test_long(terrain_picture, value): terrain_picture.compare(plain(value.count
 """
 
 
+@pytest.mark.slow
 def test_each_test_has_a_picture_of_its_own(project, pytester):
     pytester.makepyfile(test_maps=PLAINS)
     project("--regenerate-terrain").assert_outcomes(passed=13)

@@ -90,7 +90,6 @@ def test_the_bound_does_not_grow_with_the_map(ctx):
         camera = Camera((middle[0] - away, middle[1], 9000.0), (*middle, 8850.0), 45.0 if away < 1e3 else 0.2)
         share, off = shares(scene, camera)
         assert len(share) > 10 and share.max() <= 1
-    scene.release()
 
 
 @pytest.mark.parametrize("fov", [0.1, 1.0, 45.0, 170.0])
@@ -107,7 +106,6 @@ def test_measure_bounds_what_float32_adds(ctx, fov):
     print(f"\n{fov} degrees: {len(off)} vertices, off by {off.max():.3g} px, at most {bound:.3g}")
     assert len(off) > 10 and off.max() <= (off[off > 0] / share[off > 0]).max() <= bound
     assert fov > 0.1 or (0.5 < bound < 1.0 and off.max() > scene.select(camera, 0.02).certified_px)
-    scene.release()
 
 
 def test_the_test_would_see_a_worse_vertex(ctx):
@@ -125,7 +123,6 @@ def test_the_test_would_see_a_worse_vertex(ctx):
     seen = (np.abs(exact[:, :2]) <= exact[:, 3:]).all(1) & (exact[:, 3] >= near_m) & (naive[:, 3] > 0)
     off = np.linalg.norm(pixels(naive[seen], SIZE) - pixels(exact[seen], SIZE), axis=1)
     assert (off > vertex_px(camera, SIZE, heightmap, points[seen])).any()
-    scene.release()
 
 
 def test_the_number_of_roundings_is_that_of_the_shader():
@@ -189,7 +186,6 @@ def test_vertices_are_rounded_as_the_rasteriser_rounds_them(ctx):
     seen = (np.abs(exact) <= 128 * np.array(SIZE)).all(1)
     assert np.abs(rounded - np.round(rounded))[seen].max() < 0.05
     assert 0.4 < np.abs(rounded - exact)[seen].max() <= 0.55
-    scene.release()
 
 
 @pytest.mark.parametrize("is_rounded", [True, False])
@@ -208,7 +204,6 @@ def test_between_slivers_no_depth_is_lost(ctx, is_rounded):
     view = heightmap, camera, size, scene.near_m, 2.0
     assert count_holes(without, *view) == 0
     assert count_holes(tested, *view) <= (0 if is_rounded else 1)  # 1 with Mesa 22
-    scene.release()
 
 
 def lost_samples(ctx, seed, view):

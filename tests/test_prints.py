@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
 
 from terrain_gl.files.export import make_mesh, with_whole_rim
 from terrain_gl.files.mesh_formats import rim_of
 from terrain_gl.mesh import vertex_heights
 
-rasterio = pytest.importorskip("rasterio")
+pytest.importorskip("rasterio")
 
 
 def land(low=300.0, high=900.0, shape=(65, 129)):
@@ -19,11 +20,8 @@ def land(low=300.0, high=900.0, shape=(65, 129)):
     return (low + (high - low) * (wave - wave.min()) / np.ptp(wave)).astype(np.float32)
 
 
-def write(path, heights, west=500000.0, step=20.0):
-    about = {"width": heights.shape[1], "height": heights.shape[0], "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
-    place = rasterio.transform.from_origin(west, 5000000, step, step)
-    with rasterio.open(path, "w", driver="GTiff", transform=place, **about) as file:
-        file.write(heights[None])
+def write(path, heights, west=500000.0):
+    write_raster(path, heights, spaced(20.0, west))
 
 
 def corners(path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rasters import write_raster
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
@@ -15,16 +16,11 @@ SHOT = ("shot", "dem.tif", "--size", "64x36", "--grain", "off", "-o")
 @pytest.fixture
 def placed(folder):
     """A gentle hill, and a difference of −7 m in its west, +3 m in its east, without a value in between."""
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
-    how = {"driver": "GTiff", "height": 41, "width": 41, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
-    how |= {"transform": rasterio.Affine(10, 0, 500_000, 0, -10, 5_000_000)}
     y, x = np.mgrid[0:41, 0:41]
-    with rasterio.open("dem.tif", "w", **how) as out:
-        out.write((100 + 20 * np.exp(-((x - 20) ** 2 + (y - 20) ** 2) / 90)).astype("f4"), 1)
+    write_raster("dem.tif", (100 + 20 * np.exp(-((x - 20) ** 2 + (y - 20) ** 2) / 90)).astype("f4"))
     change = np.where(x < 16, -7, np.where(x > 24, 3, np.nan)).astype("f4")
     change[:, 24] = -9999
-    with rasterio.open("change.tif", "w", nodata=-9999, **how) as out:
-        out.write(change, 1)
+    write_raster("change.tif", change, nodata=-9999)
     np.save("change.npy", change)
     return tg.Heightmap.open("dem.tif")
 
@@ -74,29 +70,15 @@ def test_values_are_placed_and_gaps_are_not_covered(placed):
 
 def test_voids_of_values_are_those_of_maps(placed):
     """Voids may be marked by a value that the file does not declare, a mask or an alpha band; a band may be scaled."""
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
-    expected = read_values("change.tif", placed.georeference)
-    with rasterio.open("change.tif") as data:
-        how = data.profile | {"nodata": None}
-        change = data.read(1)
+    expected, change = read_values("change.tif", placed.georeference), np.load("change.npy")
     void = ~np.isfinite(change) | (change == -9999)
     opaque = np.where(void, 0, 255).astype("u1")
-
-    def written(name, values, mask=None, scale=1.0, **more):
-        values = np.atleast_3d(values.T).T
-        with rasterio.open(name, "w", **how | {"count": len(values), "dtype": values.dtype.name} | more) as out:
-            out.write(values)
-            out.scales = (scale,) * len(values)
-            if mask is not None:
-                out.write_mask(mask)
-        return name
-
     for name in (
-        written("undeclared.tif", np.where(void, -9999, change)),
-        written("placeless.tif", np.where(void, 1e20, change).astype("f4"), transform=None, crs=None),
-        written("masked.tif", np.where(void, 77, change), opaque),
-        written("alpha.tif", np.stack([np.where(void, 77, change), opaque.astype("f4")]), ALPHA="YES"),
-        written("scaled.tif", np.where(void, -32768, change * 10).astype("i2"), scale=0.1),
+        write_raster("undeclared.tif", np.where(void, -9999, change)),
+        write_raster("placeless.tif", np.where(void, 1e20, change).astype("f4"), None, None),
+        write_raster("masked.tif", np.where(void, 77, change), mask=opaque),
+        write_raster("alpha.tif", np.stack([np.where(void, 77, change), opaque.astype("f4")]), ALPHA="YES"),
+        write_raster("scaled.tif", np.where(void, -32768, change * 10).astype("i2"), scale=0.1),
     ):
         found = read_values(name, placed.georeference)
         np.testing.assert_array_equal(found.covered, expected.covered, name)
@@ -107,23 +89,15 @@ def test_voids_of_values_are_those_of_maps(placed):
 
 
 def test_colours_beyond_light_are_clipped_or_stretched_with_a_line(placed, run):
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
-    with rasterio.open("change.tif") as data:
-        how = data.profile | {"count": 3, "nodata": None}
     for name, most in (("light.tif", 1.0), ("bright.tif", 1.2), ("counts.tif", 9.0)):
-        with rasterio.open(name, "w", **how) as out:
-            out.write(np.linspace(0, most, 3 * 41 * 41).reshape(3, 41, 41).astype("f4"))
+        write_raster(name, np.linspace(0, most, 3 * 41 * 41).reshape(3, 41, 41).astype("f4"))
     assert run(*SHOT, "a.png", "--material", "light.tif")[2] == ""
     assert "bright.tif: floats are linear light" in run(*SHOT, "a.png", "--overlay", "bright.tif")[2]
     assert "counts.tif: has values 0 to 9: black is 0" in run(*SHOT, "a.png", "--overlay", "counts.tif")[2]
 
 
 def test_a_file_without_values_is_refused(placed):
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
-    with rasterio.open("change.tif") as data:
-        how = data.profile
-    with rasterio.open("none.tif", "w", **how) as out:
-        out.write(np.full((41, 41), np.nan, "f4"), 1)
+    write_raster("none.tif", np.full((41, 41), np.nan, "f4"), nodata=-9999)
     with pytest.raises(TerrainError, match=r"none\.tif: has no values on the map"):
         read_values("none.tif", placed.georeference)
 
@@ -155,12 +129,8 @@ def test_heights_take_a_range(placed, run):
 
 
 def test_albedo_of_one_band_stays_light(placed, run):
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
-    with rasterio.open("change.tif") as file:
-        profile = file.profile
     for name, most in (("light.tif", 1.0), ("metres.tif", 1.1)):
-        with rasterio.open(name, "w", **profile) as out:
-            out.write(np.full((1, 41, 41), np.linspace(0.1, most, 41), "f4"))
+        write_raster(name, np.full((41, 41), np.linspace(0.1, most, 41), "f4"), nodata=-9999)
     assert run(*SHOT, "a.png", "--material", "light.tif")[::2] == (0, "")
     assert run(*SHOT, "b.png", "--material", "metres.tif")[2].endswith("metres.tif: ramp viridis from 0.1 to 1.1\n")
     grey, coloured = (read_image(name)[20:30, 20:40, :3].astype(int) for name in ("a.png", "b.png"))

@@ -364,16 +364,13 @@ def test_released_twice(heightmap):
 
 def in_turns(*works):
     """Results of several generators of steps; each does one step in turn."""
-    results, turns = {}, 0
-    while len(results) < len(works):
-        for i, steps in enumerate(works):
-            try:
-                next(steps)
-            except StopIteration as end:
-                results.setdefault(i, end.value)
-        turns += 1
-    assert turns > 2
-    return [results[i] for i in range(len(works))]
+    results = [None] * len(works)
+
+    def keeping(i, steps):
+        results[i] = yield from steps
+
+    assert len(list(itertools.zip_longest(*map(keeping, range(len(works)), works)))) > 2
+    return results
 
 
 def test_portions_take_turns(heightmap):

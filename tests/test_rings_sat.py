@@ -88,7 +88,6 @@ def test_every_size_is_whole_and_keeps_its_certificate(ctx, shape):
         check_certificate(scene, camera, 0.5, "max")
         check_certificate(scene, camera, 2.0, "rms")
     check_mesh(scene, camera, triangles=300)
-    scene.release()
 
 
 def random_camera(rng, heightmap):
@@ -123,7 +122,6 @@ def test_cells_cut_in_32_leave_no_crack(ctx):
     camera = Camera((16.0, 95.0, 20.0), (150.0, 95.0, 0.0), 20.0)
     selection = check_mesh(scene, camera, tolerance_px=0.3)
     assert {0, 2} <= set(patches_of(scene, selection).side_log2[patches_of(scene, selection).step_log2 < 0])
-    scene.release()
 
 
 @pytest.mark.parametrize("view", ["default", "wide", "down"])

@@ -62,7 +62,6 @@ def test_rings_have_no_more_blocks_than_the_map(ctx):
     rings = rings_around((15.0, 27.0), 1.0, (29, 53), heightmap.spacing_m, scene.terrain.top_level)
     assert sum(ring.blocks[0] * ring.blocks[1] for ring in rings) < 100
     assert scene.select(camera, 1.0).triangles > 2
-    scene.release()
 
 
 def class_levels(scene):
@@ -199,7 +198,6 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
             assert np.array_equal((words & 63)[leaf] - 16, expected[..., 1][leaf])
             seen |= set(got.ravel().tolist())
     assert -1 in seen and len(seen & {0, 1, 2, 3}) > 1
-    watched.release()
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "down"])

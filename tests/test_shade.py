@@ -1,5 +1,7 @@
 """Shading: means and slopes of footprints, the sun, orientation, holes; and colours do not depend on the mesh."""
 
+from functools import partial
+
 import moderngl
 import numpy as np
 import pytest
@@ -42,8 +44,6 @@ def ask_relief(ctx, heightmap, call, questions):
     statements = f"Relief r = {call}; return vec4(r.height_m, r.slope, 0.0);"
     answers = ask(ctx, "shade/relief.glsl", statements, questions, resources=read)[:, :3]
     answers[:, 0] += terrain.base_m
-    for resource in (sums, terrain):
-        resource.release()
     return answers
 
 
@@ -52,11 +52,8 @@ class Scene:
 
     def __init__(self, ctx, heightmap, size=(160, 90), samples=4):
         terrain = Terrain(ctx, heightmap)
-        tables = ErrorTables(terrain)
-        levels = RingsSelector(tables)
-        self.parts = [terrain, tables, levels]
-        self.levels, self.size = levels, size
-        self.picture = Picture(terrain, levels.view, size, samples)
+        self.levels, self.size = RingsSelector(ErrorTables(terrain)), size
+        self.picture = Picture(terrain, self.levels.view, size, samples)
         self.near_m = 0.1 * min(heightmap.spacing_m)
 
     def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35), **look):
@@ -64,22 +61,10 @@ class Scene:
         self.picture.draw(selection, camera, Look(style, sun, **look))
         return self.picture.read()
 
-    def release(self):
-        for part in [self.picture, *self.parts[::-1]]:
-            part.release()
-
 
 @pytest.fixture
 def scene(ctx):
-    made = []
-
-    def make(heightmap, **settings):
-        made.append(Scene(ctx, heightmap, **settings))
-        return made[-1]
-
-    yield make
-    for each in made:
-        each.release()
+    return partial(Scene, ctx)
 
 
 def from_above(heightmap, height=1.6, fov_deg=60):
@@ -172,8 +157,6 @@ def test_an_edit_equals_a_rebuild(ctx):
     fresh_terrain = Terrain(ctx, Heightmap(edited))
     fresh = HeightSums(fresh_terrain)
     assert sums.buffer.read() == fresh.buffer.read()
-    for resource in (sums, fresh, terrain, fresh_terrain):
-        resource.release()
 
 
 def test_bytes_per_post(scene):
@@ -344,7 +327,6 @@ def test_egl_and_osmesa_give_the_same_bytes():
         with context:
             s = Scene(context, heightmap)
             pictures.append([s.draw(Camera.default(heightmap), style=style) for style in ("shaded", "error")])
-            s.release()
         context.release()
     assert all(np.array_equal(a, b) for a, b in zip(*pictures, strict=True))
 
@@ -401,6 +383,6 @@ def test_memory_is_given_back(ctx):
     heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
     s = Scene(ctx, heightmap)
     s.draw(Camera.default(heightmap), style="lod")
-    s.release()
+    s.picture.release()
     with pytest.raises((moderngl.Error, AttributeError)):
         s.picture.read()

@@ -23,8 +23,7 @@ OUTLIERS = 0.002  # as in test_pieces.py: edges that snap to another sample
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def folder(folder):
     np.save("map.npy", rough(97, 130, 3))
 
 

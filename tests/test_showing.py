@@ -5,6 +5,7 @@ import types
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
@@ -29,11 +30,7 @@ def dem(folder):
     """A GeoTIFF with a void, scaled values in feet, and its map as the reader of files has it."""
     values = np.round(hill() / 0.3048 * 10).astype("i4")
     values[3, 4] = -9999
-    profile = {"driver": "GTiff", "width": COLS, "height": ROWS, "count": 1, "dtype": "int32", "nodata": -9999}
-    transform = rasterio.Affine(STEP, 0, WEST, 0, -STEP, NORTH)
-    with rasterio.open("dem.tif", "w", crs="EPSG:32632", transform=transform, **profile) as out:
-        out.write(values, 1)
-        out.scales, out.units = (0.1,), ("ft",)
+    write_raster("dem.tif", values, spaced(STEP, WEST, NORTH), "EPSG:32632", nodata=-9999, scale=0.1, unit="ft")
     return tg.Heightmap.open("dem.tif")
 
 
@@ -51,10 +48,7 @@ def test_a_dataset_of_rasterio(dem):
 
 
 def test_a_dataset_stored_from_south_to_north(folder):
-    profile = {"driver": "GTiff", "width": COLS, "height": ROWS, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
-    transform = rasterio.Affine(STEP, 0, WEST, 0, STEP, NORTH - ROWS * STEP)
-    with rasterio.open("south.tif", "w", transform=transform, **profile) as out:
-        out.write(hill()[::-1], 1)
+    write_raster("south.tif", hill()[::-1], (STEP, 0, WEST, 0, STEP, NORTH - ROWS * STEP), "EPSG:32632")
     with rasterio.open("south.tif") as data:
         same(tg.Heightmap.of(data), tg.Heightmap.open("south.tif"))
 

@@ -122,6 +122,7 @@ def build(folder):
     return picture.read_bytes()
 
 
+@pytest.mark.slow
 def test_the_gallery_draws_a_changed_example_anew_and_no_other(tmp_path):
     pytest.importorskip("sphinx_gallery")
     script = tmp_path / "examples" / "01_grey.py"

@@ -16,6 +16,7 @@ import pytest
 from commands import refused, spawn
 from hostile import N, vrt
 from maps import rough
+from rasters import spaced, write_raster
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
@@ -52,12 +53,7 @@ def digest(path):
 
 
 def write_tiff(path, heights, west=0.0, north=1000.0, **more):
-    rasterio = pytest.importorskip("rasterio")
-    transform = rasterio.transform.from_origin(west, north, 10.0, 10.0)
-    profile = {"driver": "GTiff", "height": heights.shape[0], "width": heights.shape[1], "count": 1}
-    profile |= {"dtype": heights.dtype, "crs": "EPSG:32632", "transform": transform} | more
-    with rasterio.open(path, "w", **profile) as file:
-        file.write(heights, 1)
+    write_raster(path, heights, **{"grid": spaced(10, west, north), "crs": "EPSG:32632"} | more)
 
 
 # --- What is stored ---------------------------------------------------------------------------------------------------
@@ -73,8 +69,6 @@ def test_records_are_those_of_the_whole_map(ctx, tmp_path, shape):
         expected = nodes.view("<u4")
         np.testing.assert_array_equal(whole(arrays, "errors", level), expected)
         np.testing.assert_array_equal(np.moveaxis(whole(arrays, "ranges", level), 0, -1), ranges["heights"])
-    tables.release()
-    tables.terrain.release()
 
 
 def arrays_of_built(heights, path, **options):
@@ -202,9 +196,7 @@ def test_an_object_with_an_identity_is_read_by_other_processes(tmp_path):
 
 def test_a_file_is_read_by_windows_as_a_whole_would_be(tmp_path):
     heights = rough(90, 70)
-    rasterio = pytest.importorskip("rasterio")
-    south_up = rasterio.Affine(10, 0, 0, 0, 10, 0)
-    write_tiff(tmp_path / "up.tif", np.round(heights).astype("i2")[::-1], transform=south_up, nodata=-7)
+    write_tiff(tmp_path / "up.tif", np.round(heights).astype("i2")[::-1], grid=(10, 0, 0, 0, 10, 0), nodata=-7)
     np.save(tmp_path / "whole.npy", heights)
     for name in ("up.tif", "whole.npy"):
         read = open_windows([tmp_path / name]).read(slice(10, 50), slice(20, 60))
@@ -279,10 +271,9 @@ def building(output, workers=1, **settings):
 
 
 @pytest.fixture
-def undisturbed(tmp_path, monkeypatch, once):
+def undisturbed(folder, once):
     """Files of a store of dem.npy that nothing disturbed."""
-    shutil.copytree(once, tmp_path, dirs_exist_ok=True)  # with the time at which dem.npy was written
-    monkeypatch.chdir(tmp_path)
+    shutil.copytree(once, folder, dirs_exist_ok=True)  # with the time at which dem.npy was written
     return digest("undisturbed")
 
 
@@ -357,6 +348,7 @@ def test_a_build_that_was_cut_off_leaves_nothing_behind(undisturbed, monkeypatch
     assert digest("s") == undisturbed
 
 
+@pytest.mark.slow
 def test_two_processes_write_the_same_bytes(undisturbed):
     run = building("s", workers=2)
     assert run.communicate(timeout=120) == (None, "") and run.returncode == 0
@@ -440,6 +432,7 @@ def test_the_command_builds_and_tells(folder, monkeypatch, run):
     assert "nonsense" in told and " at 0x" not in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(2, 20_000), (17_000, 5)])
 def test_thin_maps_are_drawn(tmp_path, ctx, shape):
     """They have few posts, but more along one side than a map in memory may have."""

@@ -60,8 +60,6 @@ def test_heights_and_records_are_those_of_the_whole_map(ctx, maps):
     np.testing.assert_array_equal(stored.part(slice(0, 150), slice(0, 210)), mine.heights)
     np.testing.assert_array_equal(stored.heights[10:70, 40:110], mine.heights[10:70, 40:110])
     np.testing.assert_array_equal(stored.heights[[3, 80], [150, 60]], mine.heights[[3, 80], [150, 60]])
-    tables.release()
-    terrain.release()
 
 
 def test_a_node_is_a_hole_if_all_its_cells_are(maps):
@@ -79,6 +77,7 @@ def test_a_node_is_a_hole_if_all_its_cells_are(maps):
             assert marks[row, col] & (HOLE | HOLED) == expected
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(st.data())
 def test_any_voids_are_filled_as_in_memory(tmp_path_factory, data):
@@ -98,7 +97,6 @@ def test_any_voids_are_filled_as_in_memory(tmp_path_factory, data):
     np.testing.assert_array_equal(whole(arrays_of(path), "heights", 0), fill_voids(heights))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("voids", ["fill", "hole"])
 def test_pictures_meshes_and_certificates_are_those_of_the_map_in_memory(maps, voids):
     check_equal(maps, 3, ["max", "rms"], voids=voids)
@@ -114,6 +112,7 @@ def test_styles_show_voids(maps, style):
         np.testing.assert_array_equal(pixels(one, camera, 1.0, how), pixels(other, camera, 1.0, how))
 
 
+@pytest.mark.slow
 def test_whatever_is_there_achieves_what_is_certified(maps, alone):
     check_bounds(maps, 2, 4, ["max", "rms"], occlusion="off")
 
@@ -128,7 +127,6 @@ def test_a_view_that_waits_is_certified_and_has_no_holes_but_the_voids(maps, voi
             assert found["max_error_px"] <= stats["certified_max_error_px"] <= 1.0
 
 
-@pytest.mark.slow
 def test_rims_of_holes_are_sharp_though_the_land_is_flat(tmp_path):
     """Level land needs no fine tiles; the rims of its holes do. Without them, they are large squares."""
     heights = np.full((200, 200), 5.0, np.float32)

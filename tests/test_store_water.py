@@ -52,7 +52,6 @@ def test_land_without_water_has_no_marks(tmp_path, shape):
     assert not stored.is_marked and stored.sea_m is None and not (tmp_path / "s" / "marks").exists()
 
 
-@pytest.mark.slow
 def test_pictures_show_the_water(maps):
     mine, path = maps
     camera = Camera((2600, -1500, 1500), (2600, 2000, 0))

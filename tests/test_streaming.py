@@ -56,11 +56,12 @@ def flying(stored):
     return renderer
 
 
-def until(condition, seconds=20.0):
+def until(condition, seconds=80.0):
+    """Wait for a condition, partly asleep: threads that read pages need the time."""
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end
-        time.sleep(0.005)
+        time.sleep(0.01)
 
 
 def largest_px(renderer):
@@ -174,6 +175,7 @@ def test_pages_on_their_way_keep_the_limit_of_memory(hills):
     while came < 192:
         most = max(most, loader.bytes)
         came += len(loader.take())
+        time.sleep(0.001)
         assert stored.tiles.bytes <= 50 << 10
     assert 0 < most <= 50 << 10
     loader.release()

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from commands import refused
 from maps import rough
+from rasters import spaced, write_raster
 from test_checking import gltf
 
 pyproj = pytest.importorskip("pyproj")
-rasterio = pytest.importorskip("rasterio")
+pytest.importorskip("rasterio")
 
 SPACING_M = 90.0
 N = 65
@@ -19,11 +20,7 @@ N = 65
 @pytest.fixture
 def dem(folder):
     """A map in UTM."""
-    profile = {"driver": "GTiff", "width": N, "height": N, "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
-    place = rasterio.transform.from_origin(500000, 5000000, SPACING_M, SPACING_M)
-    with rasterio.open(folder / "dem.tif", "w", transform=place, **profile) as file:
-        file.write(rough(N, N).astype("f4"), 1)
-    return "dem.tif"
+    return write_raster("dem.tif", rough(N, N), spaced(SPACING_M))
 
 
 def tile(heights, step, b3dm=False):
@@ -104,10 +101,7 @@ def test_tiles_are_measured_and_lies_are_named(dem, run, folder, b3dm):
 def test_long_triangles_sag_below_the_curved_ground(run, folder, monkeypatch):
     """Two triangles over 300 km of sea: exact at their corners, and about 3.5 km too low in the middle."""
     monkeypatch.setattr("test_tilesets.SPACING_M", 3300.0)
-    profile = {"driver": "GTiff", "width": N, "height": N, "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
-    place = rasterio.transform.from_origin(500000, 5000000, 3300, 3300)
-    with rasterio.open(folder / "sea.tif", "w", transform=place, **profile) as file:
-        file.write(np.zeros((N, N), "f4"), 1)
+    write_raster("sea.tif", np.zeros((N, N), "f4"), spaced(3300))
     (folder / "tiles").mkdir()
     data, matrix = tile(np.zeros((N, N)), N - 1)
     (folder / "tiles" / "a.glb").write_bytes(data)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from commands import refused
 from maps import holes, rough
+from rasters import write_raster
 
 import terrain_gl as tg
 from terrain_gl.files import tiling
@@ -39,13 +40,8 @@ def write_map(name, heights, place):
     if place is None:
         np.save(f"{name}.npy", heights)
         return f"{name}.npy"
-    crs, origin = place
-    profile = {"driver": "GTiff", "count": 1, "dtype": "float32", "crs": crs, "nodata": np.nan}
-    shape = {"height": heights.shape[0], "width": heights.shape[1]}
-    transform = rasterio.transform.from_origin(*origin)
-    with rasterio.open(f"{name}.tif", "w", transform=transform, **profile, **shape) as file:
-        file.write(heights.astype("f4"), 1)
-    return f"{name}.tif"
+    crs, (west, north, wide, high) = place
+    return write_raster(f"{name}.tif", heights.astype("f4"), (wide, 0, west, 0, -high, north), crs, nodata=np.nan)
 
 
 def make(run, name, *words):
@@ -145,6 +141,7 @@ def test_rims_are_closed_or_covered_by_skirts(run, folder, name):
     assert met > 40 and max(closed) < 0.01 and max(cracks_m) > 1, "without skirts there would be cracks"
 
 
+@pytest.mark.slow
 def test_the_curved_ground_counts(run, folder):
     """Sea over 96 km: the finest tiles are within 2 m of the curved ground; local tiles are flat."""
     dem = write_map("wide", np.zeros((65, 65)), (UTM[0], (500000, 5000000, 1500, 1500)))
@@ -209,6 +206,7 @@ def test_other_options_begin_anew(run, folder, monkeypatch):
     assert len(made) == 2 * 21
 
 
+@pytest.mark.slow
 def test_a_store_is_read_part_by_part_and_has_the_same_tiles(run, folder, monkeypatch):
     pytest.importorskip("zarr")
     monkeypatch.setattr("terrain_gl.files.tilesets._BLOCK", 32)

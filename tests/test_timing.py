@@ -166,6 +166,7 @@ class Noting:
         return self._ctx.__enter__()
 
 
+@pytest.mark.slow
 def test_the_time_in_python_counts_python_and_not_opengl(ctx, work, monkeypatch):
     """20 ms of Python in each frame count as Python; the same time of GPU work does not."""
     with tg.Renderer(tg.Heightmap(rough(65, 65, 1, 100.0), 30.0), SIZE, ctx=ctx) as renderer:

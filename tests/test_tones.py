@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import linear_from_srgb
@@ -23,21 +24,8 @@ def photo():
     return np.moveaxis(colours, -1, 0)
 
 
-def write(path, bands, interp=None, names=None, tags=None, palette=None, driver="GTiff", **options):
-    count, rows, cols = bands.shape
-    about = {"driver": driver, "width": cols, "height": rows, "count": count, "dtype": bands.dtype, "crs": "EPSG:32633"}
-    place = rasterio.transform.from_origin(500000, 5000000, 5, 5)
-    with rasterio.open(path, "w", transform=place, **about, **options) as file:
-        file.write(bands)
-        if interp:
-            file.colorinterp = interp
-        if names:
-            file.descriptions = names
-        if palette:
-            file.write_colormap(1, palette)
-        for band, of_band in enumerate(tags or (), 1):
-            file.update_tags(band, **of_band)
-    return str(path)
+def write(path, bands, **options):
+    return str(write_raster(path, bands, spaced(5), **options))
 
 
 def fields(albedo):
@@ -64,21 +52,21 @@ PICTURES = {
     "32 bits with a sign": ((RGB * np.int32(1000), {}), 220.0, True),
     "floats up to 255": ((RGB.astype("f4"), {}), WHITE, True),
     "percent": ((RGB.astype("f4") * np.float32(0.4), {}), 220.0, True),
-    "blue first, by its meaning": ((BGRN, PLAIN | {"interp": [C.blue, C.green, C.red, C.undefined]}), WHITE, False),
-    "blue first, by names": ((BGRN * np.uint16(257), {"names": ("blue", "green", "red", "nir")}), WHITE, False),
+    "blue first, by meaning": ((BGRN, PLAIN | {"colorinterp": [C.blue, C.green, C.red, C.undefined]}), WHITE, False),
+    "blue first, by names": ((BGRN * np.uint16(257), {"descriptions": ("blue", "green", "red", "nir")}), WHITE, False),
     "eight bands": (
         (
             np.concatenate([NIR, BGR[:1], NIR, BGR[1:2], NIR, BGR[2:], NIR, NIR]) * np.uint16(257),
-            {"names": ("coastal_blue", "blue", "green_i", "green", "yellow", "red", "rededge", "nir")},
+            {"descriptions": ("coastal_blue", "blue", "green_i", "green", "yellow", "red", "rededge", "nir")},
         ),
         WHITE,
         False,
     ),
-    "Sentinel-2": ((BGRN * np.uint16(40), {"names": ("B02", "B03", "B04", "B08")}), 220.0, True),
-    "Sentinel-2 of Earth Engine": ((BGRN * np.uint16(40), {"names": ("B2", "B3", "B4", "B8")}), 220.0, True),
+    "Sentinel-2": ((BGRN * np.uint16(40), {"descriptions": ("B02", "B03", "B04", "B08")}), 220.0, True),
+    "Sentinel-2 of Earth Engine": ((BGRN * np.uint16(40), {"descriptions": ("B2", "B3", "B4", "B8")}), 220.0, True),
     "wavelengths": ((BGRN * np.uint16(257), {"tags": WAVES}), WHITE, False),
     "infrared first, by its meaning": (
-        (np.concatenate([NIR, RGB]), PLAIN | {"interp": [C.nir, C.red, C.green, C.blue]}),
+        (np.concatenate([NIR, RGB]), PLAIN | {"colorinterp": [C.nir, C.red, C.green, C.blue]}),
         WHITE,
         False,
     ),
@@ -108,14 +96,14 @@ def test_bands_that_say_nothing_get_a_line(tmp_path):
     (note,) = look_into(write(tmp_path / "p", BGRN * np.uint16(257)), None, True)[1]
     assert "gdal_translate -b" in note
     with pytest.raises(TerrainError, match="inks"):
-        read_ground(write(tmp_path / "q", BGRN, interp=[C.cyan, C.magenta, C.yellow, C.black]), ONTO)
+        read_ground(write(tmp_path / "q", BGRN, colorinterp=[C.cyan, C.magenta, C.yellow, C.black]), ONTO)
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-4, 0.0), (1e-4, -0.1)])
 def test_a_reflectance_with_a_scale_is_linear_light(tmp_path, scale, offset):
     reflectance = 0.002 * RGB
     path = write(
-        tmp_path / "p", np.round((reflectance - offset) / scale).astype(np.uint16), interp=[C.red, C.green, C.blue]
+        tmp_path / "p", np.round((reflectance - offset) / scale).astype(np.uint16), colorinterp=[C.red, C.green, C.blue]
     )
     with rasterio.open(path, "r+") as file:
         file.scales, file.offsets = (scale,) * 3, (offset,) * 3
@@ -163,7 +151,7 @@ HOLES = {
     "alpha": (np.concatenate([RGB, np.where(WEST, 0, 255)[None]]).astype(np.uint8), {"alpha": "YES"}),
     "alpha first": (
         np.concatenate([np.where(WEST, 0, 255)[None], BGR]).astype(np.uint8),
-        {"interp": [C.alpha, C.blue, C.green, C.red]},
+        {"colorinterp": [C.alpha, C.blue, C.green, C.red]},
     ),
     "alpha of 12 bits": (
         np.concatenate([RGB * np.uint16(16), np.where(WEST, 0, 4095)[None]]).astype(np.uint16),
@@ -231,7 +219,7 @@ def test_a_fourth_band_of_8_bits_is_opacity_by_its_values(tmp_path, name, has_pl
     np.testing.assert_allclose(png[..., 3], values / 255, atol=2e-3)
 
 
-@pytest.mark.parametrize("how", [{"photometric": "RGB"}, PLAIN, {"interp": [C.red, C.green, C.blue, C.nir]}])
+@pytest.mark.parametrize("how", [{"photometric": "RGB"}, PLAIN, {"colorinterp": [C.red, C.green, C.blue, C.nir]}])
 def test_a_fourth_band_that_is_not_declared_is_no_opacity(tmp_path, how):
     bands = np.concatenate([RGB, FOURTH["near infrared with a collar"][0][None].astype(np.uint8)])
     albedo = read_ground(write(tmp_path / "p.tif", bands, **how), ONTO)

@@ -6,6 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
@@ -196,14 +197,9 @@ def test_other_files_are_refused_in_one_line(degrees, tmp_path, text, words):
 
 
 def test_a_track_is_drawn(folder, run):
-    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
-    from rasterio.transform import from_origin
-
     from terrain_gl.image import read_image
 
-    how = {"driver": "GTiff", "width": 61, "height": 61, "count": 1, "dtype": "float32", "crs": "EPSG:4326"}
-    with rasterio.open("dem.tif", "w", **how, transform=from_origin(7, 46.0061, 1e-4, 1e-4)) as data:
-        data.write(np.zeros((61, 61), "f4"), 1)
+    write_raster("dem.tif", np.zeros((61, 61), "f4"), spaced(1e-4, 7, 46.0061), "EPSG:4326")
     (folder / "way.gpx").write_text(GPX.format(minor=1), encoding="utf-8")
     shared = "dem.tif", "--style", "lambert", "--size", "160x90", "--at=7.003,46.003"
     assert run("shot", *shared, "-o", "without.png")[0] == 0

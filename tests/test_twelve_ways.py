@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
 
 from terrain_gl import Camera, Heightmap, Renderer
 
@@ -23,19 +24,8 @@ def land(low=100.0, high=700.0):
     return np.round(low + (high - low) * (wave - wave.min()) / np.ptp(wave)).astype(np.float32)
 
 
-def write(path, values, crs=UTM, step=STEP, unit=None, tags=None, south_up=False):
-    place = rasterio.transform.from_origin(WEST, NORTH, step, step)
-    if south_up:
-        place = rasterio.Affine(step, 0, WEST, 0, step, NORTH - step * ROWS)
-        values = values[::-1]
-    about = {"width": COLS, "height": ROWS, "count": 1, "dtype": values.dtype, "crs": crs, "transform": place}
-    with rasterio.open(path, "w", driver="GTiff", **about) as file:
-        file.write(values[None])
-        if unit:
-            file.set_band_unit(1, unit)
-        if tags:
-            file.update_tags(1, **tags)
-    return path
+def write(path, values, crs=UTM, step=STEP, grid=None, **more):
+    return write_raster(path, values, grid or spaced(step, WEST, NORTH), crs, **more)
 
 
 def array():
@@ -65,7 +55,7 @@ def centimetres_declared(folder):
 
 
 def depth(folder):
-    return Heightmap.open(write(folder / "a.tif", SEA - land(), tags={"positive": "down", "units": "m"}))
+    return Heightmap.open(write(folder / "a.tif", SEA - land(), tags=[{"positive": "down", "units": "m"}]))
 
 
 def tile(folder):
@@ -86,7 +76,7 @@ def netcdf(folder):
 
 
 def south_up(folder):
-    return Heightmap.open(write(folder / "a.tif", land(), south_up=True))
+    return Heightmap.open(write(folder / "a.tif", land()[::-1], grid=(STEP, 0, WEST, 0, STEP, NORTH - STEP * ROWS)))
 
 
 def store(folder):
@@ -181,13 +171,10 @@ def test_the_same_photo_of_more_bits(tmp_path, ctx, bits, kind, line):
     terrain = metres(tmp_path)
     y, x = np.mgrid[:ROWS, :COLS]
     photo = np.stack([x, y, 255 - x]).astype(np.uint16)
-    place = rasterio.transform.from_origin(WEST, NORTH, STEP, STEP)
-    about = {"width": COLS, "height": ROWS, "count": 3, "crs": UTM, "transform": place, "photometric": "RGB"}
     pictures = []
     for name, values in (("eight", photo), ("more", photo * {8: 1, 16: 257, 12: 16}[bits])):
         dtype = "u1" if name == "eight" else kind
-        with rasterio.open(tmp_path / f"{name}.tif", "w", driver="GTiff", dtype=np.dtype(dtype).name, **about) as file:
-            file.write(values.astype(dtype))
+        write(tmp_path / f"{name}.tif", values.astype(dtype), photometric="RGB")
         with Renderer(terrain, (64, 64), ctx=ctx) as renderer:
             frame = renderer.render(Camera.default(terrain), 0.1, sun=SUN, material=str(tmp_path / f"{name}.tif"))
             pictures.append(frame.image[..., :3].astype(int))

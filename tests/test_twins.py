@@ -24,8 +24,6 @@ def test_marks_of_posts_are_the_terrains(ctx):
     statement, marked = "return vec4(marked_at(a.xy), 0.0, 0.0);", {"MARKED": "true"}
     got = ask(ctx, "shade/marks.glsl", statement, asked, defines=marked, resources=read)
     assert got[:, :2] == pytest.approx(at, abs=1e-5)  # voids lie east, water south
-    texture.release()
-    buffer.release()
 
 
 def test_inverse_square_root_to_the_bit(ctx):

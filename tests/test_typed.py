@@ -45,6 +45,7 @@ def test_the_types_are_those_of_the_options():
     assert get_type_hints(tg.RenderOptions).keys() - get_type_hints(OtherOptions).keys() == {"max_error_px"}
 
 
+@pytest.mark.slow
 def test_mypy_of_two_scripts(tmp_path):
     right, wrong = tmp_path / "right.py", tmp_path / "wrong.py"
     right.write_text(script('style="lod", triangles=500', KEYS), encoding="utf-8")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
 
 from terrain_gl import Heightmap
 from terrain_gl.readers.windows import open_windows, windows_of
@@ -20,19 +21,8 @@ def land(low=400.0, high=800.0, shape=(65, 81)):
     return (low + (high - low) * (wave - wave.min()) / np.ptp(wave)).astype(np.float32)
 
 
-def write(path, heights, crs="EPSG:32633", step=20.0, tags=None, unit=None, name=None, driver="GTiff", **options):
-    rows, cols = heights.shape
-    about = {"width": cols, "height": rows, "count": 1, "dtype": heights.dtype, "crs": crs}
-    transform = rasterio.transform.from_origin(500000, 5000000, step, step)
-    with rasterio.open(path, "w", driver=driver, transform=transform, **about, **options) as file:
-        file.write(heights[None])
-        if tags:
-            file.update_tags(1, **tags)
-        if unit:
-            file.set_band_unit(1, unit)
-        if name:
-            file.set_band_description(1, name)
-    return path
+def write(path, heights, step=20.0, **options):
+    return write_raster(path, heights, spaced(step), **options)
 
 
 def asked(terrain):
@@ -58,17 +48,17 @@ DECLARED = {
     "band unit, feet, over a vertical system in metres": ({"crs": "EPSG:32633+5773", "unit": "ft"}, FOOT),
     "band unit, centimetres": ({"unit": "cm"}, 0.01),
     "band unit with a full stop": ({"unit": "U.S. survey feet"}, US_FOOT),
-    "attribute positive": ({"tags": {"positive": "down", "units": "m"}}, -1.0),
-    "attribute standard_name": ({"tags": {"standard_name": "sea_floor_depth_below_geoid"}}, -1.0),
-    "attribute units": ({"tags": {"units": "feet"}}, FOOT),
-    "positive is up, whatever the name": ({"tags": {"positive": "up", "standard_name": "depth"}}, 1.0),
+    "attribute positive": ({"tags": [{"positive": "down", "units": "m"}]}, -1.0),
+    "attribute standard_name": ({"tags": [{"standard_name": "sea_floor_depth_below_geoid"}]}, -1.0),
+    "attribute units": ({"tags": [{"units": "feet"}]}, FOOT),
+    "positive is up, whatever the name": ({"tags": [{"positive": "up", "standard_name": "depth"}]}, 1.0),
     "unit and a comma": ({"unit": "m, positive down"}, -1.0),
     "unit in brackets": ({"unit": "[ft]"}, FOOT),
     "geopotential of a weather model": ({"unit": "m**2 s**-2"}, 1 / 9.80665),
     "geopotential metres": ({"unit": "gpm"}, 1.0),
     "metres above sea level": ({"unit": "m.a.s.l."}, 1.0),
     "a unit that says nothing, in US feet": ({"unit": "unitless", "crs": "EPSG:2260+6360"}, US_FOOT),
-    "a comment": ({"tags": {"comment": "soundings, positive down"}}, -1.0),
+    "a comment": ({"tags": [{"comment": "soundings, positive down"}]}, -1.0),
 }
 
 
@@ -152,9 +142,9 @@ UNDECLARED = {
     "decimetres, only too steep": ({}, (land() * 10).astype(np.int16), "0.1 for decimetres"),
     "feet above Everest": ({"step": 500.0}, land(9000, 25000), "0.3048 for feet"),
     "centimetres in degrees": ({"crs": "EPSG:4326", "step": 0.0002}, (land() * 100).astype(np.int32), "0.01"),
-    "named depth": ({"name": "depth"}, land(5, 80), "give --z-scale -1"),
-    "long_name": ({"tags": {"long_name": "Bathymetry"}}, land(5, 80), "give --z-scale -1"),
-    "declared as depth, but below 0": ({"tags": {"positive": "down"}}, -land(5, 80), "--z-scale 1"),
+    "named depth": ({"descriptions": ["depth"]}, land(5, 80), "give --z-scale -1"),
+    "long_name": ({"tags": [{"long_name": "Bathymetry"}]}, land(5, 80), "give --z-scale -1"),
+    "declared as depth, but below 0": ({"tags": [{"positive": "down"}]}, -land(5, 80), "--z-scale 1"),
     "an unknown unit": ({"unit": "cubits"}, land(), "unknown"),
 }
 
@@ -177,8 +167,8 @@ def test_what_a_file_does_not_say_is_asked(tmp_path, name):
         ({}, land(-120, -5)),
         ({"crs": "EPSG:32633+5773"}, land()),
         ({"crs": "EPSG:2260+5703", "step": 60.0}, land()),  # feet on the ground, metres up
-        ({"name": "depth"}, land(-120, -5)),
-        ({"tags": {"long_name": "Topography and bathymetry"}}, land()),
+        ({"descriptions": ["depth"]}, land(-120, -5)),
+        ({"tags": [{"long_name": "Topography and bathymetry"}]}, land()),
         ({"crs": "+proj=eqc +R=3396190 +units=m", "step": 100.0}, land(9000, 21000)),  # Mars has such heights
         ({"step": 0.5}, land(0, 60)),  # walls and trees
     ],

@@ -46,6 +46,7 @@ def errors_m(heights, mesh):
     return np.nanmax(error[at_post]), np.nanmax(error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.005, 0.05])
 def test_errors_are_those_of_a_search(share):
     heights = rough(33, 41)

@@ -77,14 +77,13 @@ def test_a_slow_folder_blocks_nothing(app, monkeypatch):
     assert "late.npy" in listed(app)
 
 
-def test_the_systems_dialog_answers_later(tmp_path, monkeypatch):
+def test_the_systems_dialog_answers_later(folder, monkeypatch):
     """A helper that takes its time, as a user does; the list is not opened."""
     pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
-    helper = tmp_path / "zenity"
+    helper = folder / "zenity"
     helper.write_text("#!/bin/sh\nwhile [ ! -e answered ]; do sleep 0.05; done\necho /maps/chosen.tif\n")
     helper.chmod(helper.stat().st_mode | stat.S_IEXEC)
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
     chosen = []
     files = FileDialog(WindowState((100, 100)), chosen.append)
     files.has_desktop = True

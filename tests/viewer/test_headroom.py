@@ -30,6 +30,7 @@ def test_headroom_for_the_brush_is_built_in_steps(viewer):
     assert viewer.sculpting.brushing  # at once: there is room
 
 
+@pytest.mark.slow
 def test_a_held_brush_waits_for_headroom_and_goes_on(viewer):
     """However far it raises the land: new tables are built in steps, never at once."""
     settle(viewer)

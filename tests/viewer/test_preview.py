@@ -30,9 +30,8 @@ def show_preview(app, heightmap):
 
 
 @pytest.fixture
-def preview(make_app, tmp_path, monkeypatch):
+def preview(make_app, folder):
     """An app that shows the preview of its first map."""
-    monkeypatch.chdir(tmp_path)
     app = make_app(with_map=False)
     show_preview(app, large_map())
     return app

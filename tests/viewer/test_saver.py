@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rasters import write_raster
 from viewers import (
     changed,
     drawn_at_once,
@@ -36,13 +37,18 @@ from terrain_gl.viewer.loops import turn
 from terrain_gl.viewer.saver import SIZES, free_path
 
 
+def saved(viewer):
+    """Save a picture."""
+    viewer.window.message = ""
+    press(viewer, "p")
+    while not viewer.window.message:
+        later(viewer)
+        viewer.saver.join()
+
+
 def test_the_picture_is_saved_without_panels_beside_earlier_ones(viewer, folder):
     for _ in range(2):
-        viewer.window.message = ""
-        press(viewer, "p")
-        while not viewer.window.message:
-            later(viewer)
-            viewer.saver.join()
+        saved(viewer)
     assert sorted(path.name for path in folder.glob("*.png")) == ["hills-001.png", "hills-002.png"]
     assert np.array_equal(load(folder / "hills-001.png"), drawn_at_once(viewer))
     assert json.loads((folder / "hills-001.json").read_text())["triangles"] == viewer.painter.frame.stats["triangles"]
@@ -54,10 +60,7 @@ def test_the_picture_is_saved_without_panels_beside_earlier_ones(viewer, folder)
 def test_a_picture_that_cannot_be_saved_gives_a_message(viewer, folder):
     shutil.rmtree(folder)
     settle(viewer)
-    press(viewer, "p")
-    while not viewer.window.message:
-        later(viewer)
-        viewer.saver.join()
+    saved(viewer)
     assert "saved" not in viewer.window.message
 
 
@@ -114,11 +117,10 @@ def finish(viewer):
     viewer.saver.join()
 
 
-def test_a_film_is_drawn_in_full_quality_along_the_flown_path(viewer, tmp_path, monkeypatch):
+def test_a_film_is_drawn_in_full_quality_along_the_flown_path(viewer, folder, monkeypatch):
     pytest.importorskip("av", reason="the extra [video] is not installed")
     import av
 
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(SIZES, "large", (450, 260))
     viewer.saver.size = "large"
     first, last = fly(viewer)
@@ -333,14 +335,9 @@ def feature(at, **properties):
 
 
 @pytest.fixture
-def laid(empty, tmp_path, monkeypatch):
+def laid(empty, folder, monkeypatch):
     """A window that shows a map of a file, with lines, a point with a name, contours in feet, and higher relief."""
-    rasterio = pytest.importorskip("rasterio")
-    monkeypatch.chdir(tmp_path)
-    about = {"width": 129, "height": 129, "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
-    place = rasterio.transform.from_origin(500000, 5000000, 10, 10)
-    with rasterio.open("hills.tif", "w", driver="GTiff", transform=place, **about) as file:
-        file.write(hills().heights.astype("f4")[None])
+    write_raster("hills.tif", hills().heights.astype("f4"))
     lon, lat = 15.0081, 45.1475  # the middle of the map
     way = feature([[lon - 0.006, lat], [lon + 0.006, lat + 0.001]], stroke="#ff0000")
     content = {"type": "FeatureCollection", "features": [way, feature([lon, lat - 0.002], peak="Summit")]}
@@ -355,15 +352,6 @@ def laid(empty, tmp_path, monkeypatch):
     monkeypatch.setitem(SIZES, "large", (480, 300))
     settle(empty)
     return empty
-
-
-def saved(viewer):
-    """Save a picture."""
-    viewer.window.message = ""
-    press(viewer, "p")
-    while not viewer.window.message:
-        later(viewer)
-        viewer.saver.join()
 
 
 def test_the_saved_picture_and_that_of_the_copied_command_are_what_is_seen(laid, run):

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rasters import spaced, write_raster
+from test_streaming import Slow
 from viewers import Ticking, later, seen, set_budget, settle, swift, texts
 
 from terrain_gl.basics.exceptions import TerrainError
@@ -39,19 +41,6 @@ VERTEX = np.dtype([("at", "<f8", 3), ("normal", "<f4", 3), ("texture", "<f4", 2)
 FACE = np.dtype([("count", "u1"), ("corners", "<u4", 3)])
 
 
-class Held(StoredMap):
-    """A store whose fine pages wait until they are let go."""
-
-    def __init__(self, path):
-        super().__init__(path)
-        self.gate = threading.Event()
-
-    def page(self, key):
-        if key[0] < self.top:
-            self.gate.wait(20)
-        return super().page(key)
-
-
 @contextmanager
 def app_alone(session_context, style="lambert"):
     """An app without a map, in a context of its own."""
@@ -69,7 +58,7 @@ def app_alone(session_context, style="lambert"):
 def shown(hills, session_context, request):
     """An app that shows a store, of which only the coarsest tiles are there."""
     with app_alone(session_context, getattr(request, "param", "lambert")) as app:
-        stored = Held(hills[1])
+        stored = Slow(hills[1])
         opened = Opened(stored, standard_view(stored.coarse()), key="s")
         app.viewer.loader.load("s", lambda progress: opened)
         app.viewer.loader.job.join()
@@ -155,12 +144,11 @@ def test_it_is_flown_over_while_nothing_comes(shown):
 
 
 @pytest.mark.parametrize("shown", ["shaded"], indirect=True)
-def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
+def test_what_a_store_cannot_do_is_told(shown, folder):
     app, stored = shown
     stored.gate.set()
     until_complete(app)
     viewer = app.viewer
-    monkeypatch.chdir(tmp_path)
 
     def said(action):
         viewer.window.message = ""
@@ -181,10 +169,9 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     assert stats["complete"] and 800 < stats["triangles"] <= 1000
 
 
-def test_the_mesh_of_a_store_is_saved_as_that_of_the_map_in_memory(shown, hills, tmp_path, monkeypatch):
+def test_the_mesh_of_a_store_is_saved_as_that_of_the_map_in_memory(shown, hills, folder):
     """Also while its tiles are still missing in the window: it waits for them."""
     app, stored = shown
-    monkeypatch.chdir(tmp_path)
     viewer = app.viewer
     viewer.saver.mesh_format = ".ply"
     few = viewer.painter.frame.stats["triangles"]
@@ -198,7 +185,7 @@ def test_the_mesh_of_a_store_is_saved_as_that_of_the_map_in_memory(shown, hills,
         corners = whole.triangles().astype(float)
     count = told["triangles"]
     assert count > 1.5 * few and f"{count:,} triangles in metres" in viewer.window.message
-    head, _, body = (tmp_path / "s-001.ply").read_bytes().partition(b"end_header\n")
+    head, _, body = (folder / "s-001.ply").read_bytes().partition(b"end_header\n")
     vertices = np.frombuffer(body, VERTEX, int(head.split(b"element vertex ")[1].split()[0]))["at"]
     faces = np.frombuffer(body[VERTEX.itemsize * len(vertices) :], FACE, count)["corners"]
     heights = vertex_heights(hills[0].heights, corners)
@@ -225,12 +212,11 @@ def test_heights_of_a_saved_mesh_stay_when_the_camera_flies_on(hills):
         np.testing.assert_array_equal(heights[:, :], kept)
 
 
-def test_a_store_is_exaggerated_at_once(shown, hills, tmp_path, monkeypatch):
+def test_a_store_is_exaggerated_at_once(shown, hills, folder):
     app, stored = shown
     viewer = app.viewer
     scene, controller = viewer.scene, viewer.scene.controller
     stored.gate.set()
-    monkeypatch.chdir(tmp_path)
     viewer.settings.change_all(water_m=0.0)
     until_complete(app)
     before = seen(app), controller.eye[2], viewer.pointer.place_under(240, 200)
@@ -254,7 +240,7 @@ def test_a_store_is_exaggerated_at_once(shown, hills, tmp_path, monkeypatch):
     viewer.saver.mesh_format = ".obj"
     app.press("o")
     viewer.saver.join()
-    lines = (tmp_path / "s-001.obj").read_text().splitlines()
+    lines = (folder / "s-001.obj").read_text().splitlines()
     x, y, z = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], float).T
     whole = (x % 2 == 0) & (y % 2 == 0)  # vertices on posts
     truth = 2 * hills[0].heights[199 - (y[whole] / 2).astype(int), (x[whole] / 2).astype(int)]
@@ -343,11 +329,10 @@ def test_a_split_picture_of_a_store_compares_two_metrics(shown):
     assert viewer.settings.sides == [before]
 
 
-def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, monkeypatch):
+def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, folder):
     app, stored = shown
     app.viewer.settings.change(style="lambert")  # light is slow, and test_edited_store.py looks at it
     stored.gate.set()
-    monkeypatch.chdir(tmp_path)
     until_complete(app)
     viewer, before = app.viewer, seen(app)
     app.panels.opened["Sculpt"] = True
@@ -393,11 +378,10 @@ def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, mon
     np.testing.assert_array_equal(heights(), after)
 
 
-def test_the_edits_of_an_exaggerated_store_are_where_the_cursor_was(shown, hills, tmp_path, monkeypatch):
+def test_the_edits_of_an_exaggerated_store_are_where_the_cursor_was(shown, hills, folder):
     app, stored = shown
     viewer = app.viewer
     stored.gate.set()
-    monkeypatch.chdir(tmp_path)
     viewer.exaggerate(2.0)
     until_complete(app)
     app.press("b")
@@ -445,10 +429,9 @@ def test_a_brush_over_a_tile_that_cannot_be_read_says_so(shown, monkeypatch):
 
 
 @pytest.mark.slow
-def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, tmp_path, monkeypatch):
+def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, folder):
     app, stored = shown
     stored.gate.set()
-    monkeypatch.chdir(tmp_path)
     until_complete(app)
     app.viewer.explainer.explain(240, 200)
     assert app.viewer.explainer.explanation.bound_px <= 1.0
@@ -456,7 +439,7 @@ def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, tmp_path
     while app.viewer.saver.shot:
         later(app)
     app.viewer.saver.join()
-    assert list(tmp_path.glob("*.png")) and '"complete": true' in next(tmp_path.glob("*.json")).read_text()
+    assert list(folder.glob("*.png")) and '"complete": true' in next(folder.glob("*.json")).read_text()
     assert not app.viewer.scene.renderer.streaming.waits
 
 
@@ -484,17 +467,12 @@ def test_a_dropped_store_is_opened_by_a_new_window(hills):
 
 
 @pytest.fixture
-def raster(tmp_path, monkeypatch):
+def raster(folder, monkeypatch):
     """A raster that counts as huge, of 400 × 300 posts."""
-    rasterio = pytest.importorskip("rasterio")
     y, x = np.mgrid[0:300, 0:400]
-    transform = rasterio.transform.from_origin(0, 3000, 10.0, 10.0)
-    profile = {"driver": "GTiff", "height": 300, "width": 400, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
-    with rasterio.open(tmp_path / "huge.tif", "w", transform=transform, **profile) as file:
-        file.write((x + 0.5 * y).astype("f4"), 1)
+    write_raster(folder / "huge.tif", (x + 0.5 * y).astype("f4"), spaced(10, 0, 3000))
     monkeypatch.setattr("terrain_gl.basics.limits.MAX_SIDE", 350)
     monkeypatch.setattr(maps, "LONGEST", 100)
-    monkeypatch.chdir(tmp_path)
     return "huge.tif"
 
 

@@ -113,6 +113,7 @@ def is_orange(pixels):
     return (pixels[..., 0] > 150) & (pixels[..., 2] < 130)
 
 
+@pytest.mark.slow
 def test_window(screen, tmp_path):
     np.save(tmp_path / "hills.npy", hills().heights)
     with screen.running("-c", _RUN, "hills.npy", cwd=tmp_path) as process:
@@ -161,6 +162,7 @@ def test_window(screen, tmp_path):
         assert end_of(process) == CLEAN
 
 
+@pytest.mark.slow
 def test_a_run_with_real_events(screen, tmp_path):
     """Fly, sculpt, split, freeze, record, open a dropped file, and quit; no OpenGL error."""
     np.save(tmp_path / "hills.npy", hills().heights)
@@ -232,6 +234,7 @@ def test_a_run_with_real_events(screen, tmp_path):
     assert list(tmp_path.glob("hills-001*"))  # the film, or a folder of pictures
 
 
+@pytest.mark.slow
 def test_a_file_from_a_file_manager(screen, tmp_path):
     """Files are dropped by the protocol of the X server."""
     pytest.importorskip("Xlib", reason="no python-xlib here, to drop files with: pip install python-xlib")
@@ -267,6 +270,7 @@ def test_view_command(screen, tmp_path):
     assert last["map"] == "alpine" and last["triangles"] > 100
 
 
+@pytest.mark.slow
 def test_panels_in_a_window(screen, tmp_path):
     pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
     command = ["-m", "terrain_gl", "view", "canyon-15m", "--size", "640x480", "--fresh", "--json", "last.json"]
