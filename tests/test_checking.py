@@ -118,6 +118,22 @@ def test_ascii_files_are_read(tmp_path):
     assert np.array_equal(places[faces[0]], corners[:3])
 
 
+@pytest.mark.parametrize("form, order", [("binary_little_endian", "<"), ("binary_big_endian", ">")])
+def test_quads_of_binary_ply_become_two_triangles(tmp_path, form, order):
+    corners = np.array([[0, 0, 1], [2, 0, 2], [2, 2, 3], [0, 2, 4], [4, 0, 5], [4, 2, 6.0]])
+    head = f"ply\nformat {form} 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n"
+    head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    quads = [struct.pack(f"{order}B4i", 4, *quad) for quad in ((0, 1, 2, 3), (1, 4, 5, 2))]
+    data = head.encode() + corners.astype(f"{order}f4").tobytes()
+    (tmp_path / "q.ply").write_bytes(data + b"".join(quads))
+    places, faces = read_mesh(tmp_path / "q.ply")
+    expected = [[0, 1, 2], [1, 4, 5], [0, 2, 3], [1, 5, 2]]
+    assert np.array_equal(places[faces], corners[expected])
+    (tmp_path / "q.ply").write_bytes(data + quads[0] + struct.pack(f"{order}B3i", 3, 1, 4, 5) + bytes(4))
+    with pytest.raises(TerrainError, match="different numbers"):
+        read_mesh(tmp_path / "q.ply")
+
+
 @pytest.mark.parametrize("ending", [".ply", ".glb", ".obj", ".stl"])
 def test_damaged_files_get_one_line(dem, run, folder, ending):
     run("mesh", dem, "-o", f"m{ending}")

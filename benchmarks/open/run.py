@@ -163,7 +163,8 @@ def main():
                 rows.append(summary(entry, name, flight, verify.verify(folder), times))
             print(f"{name}: {entry}, {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
     print(table(rows))
-    print("\n".join(["", "Where sat loses:", *losses(rows)]))
+    if lost := losses(rows):
+        print("\n".join(["", "Where sat loses:", *lost]))
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))
 

@@ -53,7 +53,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangles:
 
 
 def _ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """PLY (Turk 1994): binary of both byte orders, or ASCII; faces of more corners become fans."""
+    """PLY (Turk 1994): binary of both byte orders, or ASCII; faces of more corners, as quads, become fans."""
     head, found, body = path.read_bytes().partition(b"end_header\n")
     lines = [line.split() for line in head.decode("latin-1").splitlines()]
     if not found or lines[0] != ["ply"]:
@@ -93,12 +93,14 @@ def _ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
             if len(properties) > 1:
                 raise ValueError("faces with more than their vertices are not read")
             of_count, of_index = (np.dtype(order + _PLY_TYPES[kind]) for kind in properties[0][1:3])
-            record = np.dtype([("n", of_count), ("corners", of_index, 3)])
+            most = int(np.frombuffer(body, of_count, 1, at)[0]) if count else 3
+            record = np.dtype([("n", of_count), ("corners", of_index, (most,))])
             table = np.frombuffer(body, record, count, at)
-            if (table["n"] != 3).any():
-                raise ValueError("faces of more than three corners are not read from binary files")
+            if (table["n"] != most).any():
+                raise ValueError("faces of different numbers of corners are not read from binary files")
             at += count * record.itemsize
-            faces = table["corners"].astype(np.int64)
+            fans = [table["corners"][:, [0, i, i + 1]] for i in range(1, most - 1)]
+            faces = np.concatenate(fans or [np.zeros((0, 3))]).astype(np.int64)
     return places, faces
 
 
