@@ -41,13 +41,14 @@ def seen_share(renderer: tg.Renderer) -> float:
     """The share of the last frame's patches that own a sample, hidden ones included."""
     frame = renderer.inspector.frame
     assert frame and isinstance(frame.selection.surface, RingsSelector)
-    patches = frame.selection.surface.chosen(frame.selection)
+    with renderer.session:
+        patches = frame.selection.surface.chosen(frame.selection)
+        places = renderer.picture.places().reshape(-1, 2)
     rows, cols = renderer.heightmap.heights.shape
     owner = np.full((rows, cols), -1)
     low = np.maximum(patches.corner, 0)
     for i, ((x0, y0), (x1, y1)) in enumerate(zip(low, patches.corner + patches.size, strict=True)):
         owner[y0:y1, x0:x1] = i
-    places = renderer.picture.places().reshape(-1, 2)
     col, row = places[np.isfinite(places).all(1)].astype(int).T
     seen = np.unique(owner[np.clip(row, 0, rows - 2), np.clip(col, 0, cols - 2)])
     return float(np.count_nonzero(seen >= 0) / max(len(patches.corner), 1))

@@ -1,6 +1,6 @@
 """Write the numbers of the pages again, each from the program of today.
 
-    python docs/numbers_of_pages.py [--page PAGE] [--table NAME] [--maps FOLDER]
+    python docs/numbers_of_pages.py [--page PAGE] [--table NAME] [--maps FOLDER] [--pictures]
 
 A page has a block for each table:
 
@@ -10,16 +10,20 @@ A page has a block for each table:
 
 `TABLES` has a function for the rows of each table. With `--maps`, a folder of the real maps of maps.md, rows of real
 maps are measured again; if a map is missing, its rows stay as they are. `tests/test_numbers.py` measures some rows of
-each table and compares them with the page.
+each table and compares them with the page. `--pictures` also draws the pictures of the pages again.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import json
+import os
 import re
+import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from functools import lru_cache
@@ -35,8 +39,12 @@ from terrain_gl.files.generate import Land, generate
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
 from terrain_gl.image import linear_from_srgb
+from terrain_gl.shade.picture import UNLIT
 
 DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS.parent / "benchmarks"))
+from hidden import seen_share  # noqa: E402  the benchmark of the same page
+
 SIZE, SMALL = (1280, 720), (640, 360)
 BUNDLED = ("alpine", "canyon", "alpine-30m", "canyon-15m")
 REAL = {  # how the real maps are opened: docs/maps.md
@@ -128,10 +136,12 @@ def first_view(name: str) -> list[str]:
 
 
 def hidden(name: str, view: str) -> list[str]:
-    """Triangles and patches with occlusion and without."""
+    """Triangles and patches with occlusion and without, and the patches that a sample of the picture shows."""
     on, off = (count(name, view, occlusion=occlusion) for occlusion in ("on", "off"))
     ratios = [f"{on[key] / max(off[key], 1):.2f}" for key in ("triangles", "patches")]
-    return [f"{on['triangles']:,}", f"{off['triangles']:,}", *ratios]
+    renderer = renderer_of(name, SIZE)
+    renderer.draw(camera_of(name, view, renderer.heightmap), 1.0, style=UNLIT)
+    return [f"{on['triangles']:,}", f"{off['triangles']:,}", *ratios, f"{seen_share(renderer):.2f}"]
 
 
 def patches(name: str, view: str) -> list[str]:
@@ -177,6 +187,52 @@ def spent(name: str) -> list[str]:
         of_budget = [stats["triangles"] / budget for stats in found if stats["lambda"] and stats["triangles"] <= budget]
         shares.append(f"{min(of_budget):.3f}" if of_budget else "–")
     return shares
+
+
+def of_the_mean(name: str, view: str) -> list[str]:
+    """Meshes whose largest error, and whose mean error, is certified to be one pixel."""
+    renderer = renderer_of(name, SMALL)
+    camera = camera_of(name, view, renderer.heightmap)
+    largest, mean = (
+        renderer.draw(camera, 1.0, metric=metric, style=UNLIT) | renderer.measure() for metric in ("max", "rms")
+    )
+    triangles = [f"{each['triangles']:,}" for each in (largest, mean)]
+    achieved = [f"{each[key]:.2f}" for key in ("rms_error_px", "max_error_px") for each in (largest, mean)]
+    return [*triangles, ratio(mean, largest), f"{mean['certified_max_error_px']:.3f}", *achieved]
+
+
+def medians(_: str) -> list[str]:
+    """The paragraph of allocation.md on its table."""
+    page = (DOCS / "allocation.md").read_text("utf-8")
+    rows = rows_of(page, next(table for table in TABLES if table.name == "mean")).values()
+    share, achieved = (statistics.median(float(cells[i]) for cells in rows) for i in (2, 5))
+    most = max(float(cells[5]) for cells in rows)
+    return [
+        f"In the median, the mean takes {share:.2f} times as many triangles as the largest error. The achieved mean is "
+        f"{achieved:.2f} E in the median, and {most:.2f} E at most."
+    ]
+
+
+def whole_mesh(name: str) -> list[str]:
+    """The mesh that `terrain-gl mesh MAP -o m.ply` writes, by the keys of its JSON."""
+    given = {"spacing_m": "--spacing", "z_scale": "--z-scale", "z_offset_m": "--z-offset"}
+    options = [f"{given[key]}={shown(value)}" for key, value in REAL.get(name, {}).items()]
+    path = str(_folder / name) if name in REAL and _folder else name
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "terrain_gl", "mesh", path, *options, "-o", "m.ply", "--json", "-"]
+        environment = os.environ | {"PYTHONPATH": str(DOCS.parent)}
+        told = subprocess.run(command, capture_output=True, check=True, cwd=folder, env=environment)
+    stats = json.loads(told.stdout)
+    keys = ("requested_max_error_m", "max_error_posts_m", "max_error_surface_m", "every_post_max_error_surface_m")
+    return [f"{stats['triangles']:,}", *(f"{stats[key]:.4g}" for key in keys)]
+
+
+def bytes_a_post(name: str, part: str) -> list[str]:
+    """Bytes of a part of the tables on the GPU, for each post."""
+    renderer = renderer_of(name, SIZE)
+    camera = camera_of(name, "first", renderer.heightmap)
+    stats = renderer.draw(camera, 1.0)
+    return [f"{stats['gpu_bytes'][part] / renderer.heightmap.heights.size:.1f}"]
 
 
 def compared(_: str) -> list[str]:
@@ -293,7 +349,7 @@ TABLES = (
     Table(
         "docs/hidden.md",
         "hidden",
-        ("map", "view", "triangles", "without", "ratio", "patches"),
+        ("map", "view", "triangles", "without", "ratio", "patches", "seen"),
         tuple(
             (name, view) for name in (*BUNDLED, "N37W123.hgt", "greenriver.tif", "mt_rainier_90m.tif") for view in VIEWS
         ),
@@ -308,6 +364,42 @@ TABLES = (
         patches,
         (("alpine-30m", "ridge"),),
     ),
+    Table(
+        "docs/performance.md",
+        "bytes",
+        ("map", "what", "bytes a post"),
+        tuple(("alpine-30m", part) for part in ("heights", "error", "sat", "shade")),
+        bytes_a_post,
+        (("alpine-30m", "error"),),
+    ),
+    Table(
+        "docs/performance.md",
+        "whole",
+        ("map", "triangles", "asked, m", "at posts, m", "between posts, m", "every post as a vertex, m"),
+        tuple((name,) for name in (*BUNDLED, *REAL)),
+        whole_mesh,
+        (("canyon-15m",),),
+    ),
+    Table(
+        "docs/allocation.md",
+        "mean",
+        ("map", "view", *(f"{what}, {of}" for what, of in (("triangles", "largest"), ("triangles", "mean"))), "ratio")
+        + (
+            "certified px, mean",
+            "achieved RMS, largest",
+            "achieved RMS, mean",
+            "largest px, largest",
+            "largest px, mean",
+        ),
+        tuple(
+            (name, view)
+            for name in ("alpine-30m", "canyon-15m", "greenriver.tif", "mt_rainier_90m.tif")
+            for view in VIEWS
+        ),
+        of_the_mean,
+        (("canyon-15m", "valley"),),
+    ),
+    Table("docs/allocation.md", "medians", (), (("all maps",),), medians, (("all maps",),)),
     Table(
         "docs/comparison.md",
         "every-post",
@@ -333,6 +425,34 @@ TABLES = (
         (("mixed", "ridge", "sat"),),
     ),
 )
+
+
+# --- pictures ---------------------------------------------------------------------------------------------------------
+
+_DAY = "--spacing 160 --z-scale 0.1 --fov 28 --max-error 0.7"
+PICTURES = (  # commands, as the pages have them; puget.png is the map ps_height_1k.png
+    "compare canyon-15m --view ridge --triangles 20000 --curve --supersample 2 -o compare.jpg",
+    "shot alpine -o alpine.png",
+    f"shot puget.png {_DAY} --eye 151000,90500,2500 --target 128480,79200,2400 --sun 118,3.2 -o dawn.jpg",
+    f"shot puget.png {_DAY} --eye 121000,104000,2300 --target 128480,79200,2500 --sun 250,48 -o noon.jpg",
+    f"shot puget.png {_DAY} --eye 104048,88093,2600 --target 128480,79200,2500 --sun 318,1.2 -o dusk.jpg",
+    "shot alpine-30m --water 500 --sun 325,14 -o lake.jpg",
+)
+SCRIPTS = ("figures", "viewer_pictures", "first_pictures", "first_film")
+
+
+def draw_pictures() -> None:
+    """Draw the pictures again, those of real maps if the maps are here."""
+    environment = os.environ | {"PYTHONPATH": str(DOCS.parent)} | ({"TERRAIN_GL_DEM": str(_folder)} if _folder else {})
+    for command in PICTURES:
+        words = command.split()
+        if words[1] == "puget.png":
+            if not is_there("ps_height_1k.png"):
+                continue
+            words[1] = f"{_folder}/ps_height_1k.png"
+        subprocess.run([sys.executable, "-m", "terrain_gl", *words], check=True, cwd=DOCS, env=environment)
+    for script in SCRIPTS[: None if _folder else 2]:
+        subprocess.run([sys.executable, DOCS / f"{script}.py"], check=True, cwd=DOCS.parent, env=environment)
 
 
 # --- pages ------------------------------------------------------------------------------------------------------------
@@ -418,11 +538,14 @@ def main() -> None:
     parser.add_argument("--page", help="only tables of this page, such as README or hidden")
     parser.add_argument("--table", choices=[table.name for table in TABLES])
     parser.add_argument("--maps", type=Path, help="folder of the real maps")
+    parser.add_argument("--pictures", action="store_true", help="also draw the pictures")
     args = parser.parse_args()
-    _folder = args.maps
+    _folder = args.maps.resolve() if args.maps else None
     for table in TABLES:
         if args.page in (None, Path(table.page).stem) and args.table in (None, table.name):
             print("\n".join(rewrite(table)))
+    if args.pictures:
+        draw_pictures()
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ def test_overlays_that_are_not_seen_say_so(run):
     camera = ("--eye", "200,100,200", "--target", "200,400,40")
     found = notes(run(*SHOT, *camera, *seen, *behind, *away, *none, "--json", "a.json"))
     assert found == [
-        "away.json: lies off the map, so nothing of it is drawn",
+        "away.json: lies off the map (GeoJSON has longitudes before latitudes), so nothing of it is drawn",
         "none.json: has no lines and no points, so nothing of it is drawn",
         "behind.json: nothing of it is in the picture: turn the camera to it",
     ]

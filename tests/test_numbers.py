@@ -31,7 +31,9 @@ def test_a_table_has_its_rows_and_says_where_they_come_from(table):
 @pytest.mark.parametrize(
     ("table", "key"),
     [
-        pytest.param(table, key, marks=[pytest.mark.slow] * (table.name in ("equal-triangles", "spread")))
+        pytest.param(
+            table, key, marks=[pytest.mark.slow] * (table.name in ("equal-triangles", "spread", "whole", "mean"))
+        )
         for table in numbers.TABLES
         for key in table.sample
     ],
@@ -42,9 +44,27 @@ def test_a_sample_is_what_the_program_gives(table, key):
     assert table.row(*key) == row, f"run python docs/numbers_of_pages.py --table {table.name}"
 
 
+def test_the_horizon_finds_more_than_half_where_more_than_half_is_hidden():
+    page = (ROOT / "docs/hidden.md").read_text("utf-8")
+    table = next(table for table in numbers.TABLES if table.name == "hidden")
+    shares = [tuple(map(float, cells[-2:])) for cells in numbers.rows_of(page, table).values()]
+    hidden = [(1 - patches) / (1 - seen) for patches, seen in shares if seen < 0.5]
+    assert f"In all {len(hidden)} views" in page and min(hidden) > 0.5
+
+
+def test_pictures_are_drawn_by_the_commands_of_the_pages():
+    pages = "".join(
+        (ROOT / page).read_text("utf-8") for page in ("README.md", *(f"docs/{n}.md" for n in ("comparison", "light")))
+    )
+    for command in numbers.PICTURES:
+        assert f"terrain-gl {command}" in pages
+        assert (ROOT / "docs" / command.split()[-1]).exists()
+    assert all((ROOT / "docs" / f"{script}.py").exists() for script in numbers.SCRIPTS)
+
+
 def test_a_block_is_written_and_read_again():
     table = next(table for table in numbers.TABLES if table.name == "hidden")
-    rows = {("a", "first"): ["1", "2", "3", "4"], ("b", "ridge"): ["5", "6", "7", "8"]}
+    rows = {("a", "first"): ["1", "2", "3", "4", "5"], ("b", "ridge"): ["5", "6", "7", "8", "9"]}
     text = f"<!-- numbers: {table.name} -->\n{numbers.written(table, rows)}\n<!-- end of numbers: x -->"
     assert numbers.rows_of(text, table) == rows
     with pytest.raises(AssertionError, match="no block"):

@@ -80,7 +80,8 @@ def of(asked: LaidOptions, heightmap: Heightmap, silent: bool = False) -> tuple[
         laid = tuple(overlay._replace(names=(), label=NO_LABELS) for overlay in laid)
     for path, overlay in zip(asked.overlay, laid, strict=True):
         if not silent and not is_on_map(overlay, heightmap):
-            has = "lies off the map" if overlay.lines or len(overlay.points) else "has no lines and no points"
+            order = " (GeoJSON has longitudes before latitudes)" if path.lower().endswith("json") else ""
+            has = f"lies off the map{order}" if overlay.lines or len(overlay.points) else "has no lines and no points"
             report.note(f"{report.shown(path)}: {has}, so nothing of it is drawn")
     return laid
 
