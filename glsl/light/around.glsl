@@ -21,7 +21,7 @@ vec3 open_light(Material material, vec3 normal, vec3 towards_eye) {
 
 // The sea of a map that is drawn as a diagram has the colour of the map there.
 Material plain_material(vec2 place) {
-    if (u_edge_is_sea) return land_of(place, vec2(0.0), Relief(u_edge_m, vec2(0.0)));
+    if (IS_DIAGRAM && u_edge_is_sea) return land_of(place, vec2(0.0), Relief(u_edge_m, vec2(0.0)));
     if (LOOK == EARTH) return Material(vec3(0.140, 0.132, 0.095), 0.95);
     if (LOOK != NATURAL) return Material(vec3(0.24), 0.95);
     return Material(mix(vec3(0.090, 0.104, 0.048), vec3(0.205, 0.165, 0.110), climate_at(place).dryness), 0.95);
