@@ -303,9 +303,8 @@ def test_command_lines_break_between_options():
 
 def test_no_line_of_the_caption_is_wider_than_its_column(tmp_path):
     name = str(tmp_path / ("a_very_long_name_of_a_map_from_a_survey" * 3 + ".npy"))
-    scene = CommandScene(
-        tg.Heightmap(np.zeros((3, 4)), 1.0, name), tg.Camera((1e7, 1e7, 1e7), (2e7, 3e7, 4e6)), FrameOptions()
-    )
+    heightmap = tg.Heightmap(np.zeros((3, 4)), 1.0, name)
+    scene = CommandScene(heightmap, heightmap, tg.Camera((1e7, 1e7, 1e7), (2e7, 3e7, 4e6)), FrameOptions())
     asked = parse("compare", name, "-o", "f.png", "--size", "640x360")
     lines = caption(replace(asked, command_line="terrain-gl compare " + name), scene)
     assert max(map(len, lines)) <= 46 and "".join(lines).startswith(Path(name).name)

@@ -1,15 +1,19 @@
 """Furniture: the north is where the camera sees it, the bar is as long as it says, and numbers stand at the ramp."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import small_map
+from commands import parse, small_map
 
 from terrain_gl import Camera, Heightmap
+from terrain_gl.cli.scene import open_scene
 from terrain_gl.files.furniture import furniture, land_ahead_m, length_of, north_of, stamp
 from terrain_gl.image import read_image
 from terrain_gl.light.ramps import Ramp
+from terrain_gl.pages.map import PagedMap
+from terrain_gl.store.build import build
 
 SIZE = (320, 180)
 SOUTH = Camera((0, -100, 100), (0, 0, 0))
@@ -99,3 +103,18 @@ def test_the_commands_draw_it(folder, run):
     fly = "fly", "dem.npy", "--spacing", "10", "--size", "320x180", "--style", "lambert", "--seconds", "0.1"
     assert run(*fly, "--fps", "10", "--furniture", "-o", "film/")[0] == 0
     assert (read_image("film/frame-00001.png")[:60, 240:, :3] > 240).any()
+
+
+def test_a_flight_over_a_store_reads_its_coarse_level_once(tmp_path, monkeypatch):
+    pytest.importorskip("zarr")
+    monkeypatch.chdir(tmp_path)
+    build(small_map(), "s.zarr", 10.0, tile=32, shard=32)
+    reads = []
+    coarse = PagedMap.coarse
+    monkeypatch.setattr(PagedMap, "coarse", lambda self: reads.append(self) or coarse(self))
+    asked = parse("fly", "s.zarr", "-o", "a.gif", "--furniture")
+    scene = open_scene(asked)
+    first, second = (replace(scene, camera=SOUTH).stamps(asked.laid, SIZE) for _ in range(2))
+    assert len(first) == 3 and len(reads) == 1
+    for one, other in zip(first, second, strict=True):
+        np.testing.assert_array_equal(one.pixels, other.pixels)

@@ -81,7 +81,7 @@ def test_the_pose_of_an_orthographic_camera(factor):
     heightmap = tg.Heightmap(np.zeros((9, 9)), 10.0)
     for aspect in (None, 2.5):
         camera = tg.Camera.orthographic((40, -20, 60), (45, 50, 0), 90.0, aspect=aspect)
-        pose = CommandScene(heightmap, camera, FrameOptions(exaggeration=factor)).pose(SIZE)
+        pose = CommandScene(heightmap, heightmap, camera, FrameOptions(exaggeration=factor)).pose(SIZE)
         points = np.random.default_rng(8).uniform(0, 80, (20, 3))
         drawn = camera.over_exaggerated(factor).pixels(points * [1 / factor, 1 / factor, 1], SIZE)
         at = np.array(pose["R"]) @ (points * [1, 1, factor]).T + np.array(pose["t"])[:, None]

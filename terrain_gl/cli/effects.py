@@ -12,7 +12,7 @@ from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
 from ..renderer.options import NO_SKY
 from ..shade.contours import interval_m
-from . import overlays, report
+from . import report
 from .records import CameraOptions, DrawOptions
 from .scene import CommandScene
 
@@ -27,7 +27,7 @@ def tell(asked: DrawOptions, scene: CommandScene) -> None:
     for text in _without_effect(asked, scene):
         report.note(text)
     frame = scene.frame
-    ramp, unit = overlays.ramp_of(frame, scene.heightmap)
+    ramp, unit = scene.ramp
     if ramp and frame.drape:
         report.note(f"{report.shown(frame.drape)}: ramp {ramp.name} from {ramp.low:.6g} to {ramp.high:.6g}")
     elif ramp and not frame.ramp_range:
@@ -85,13 +85,13 @@ def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
     return math.ceil(high_m / every) - math.ceil(low_m / every)
 
 
-def tell_no_land(asked: CameraOptions, heightmap: Heightmap, camera: Camera) -> None:
+def tell_no_land(asked: CameraOptions, scene: CommandScene) -> None:
     """Unless the eye is under the ground: say that no land is in the picture, and how far the map is from the eye."""
-    if depth_below_ground(heightmap.coarse(), camera) > 0:  # `open_scene` has noted this
+    if depth_below_ground(scene.seen, scene.camera) > 0:  # `open_scene` has noted this
         return
-    away_m = _away_m(heightmap, *camera.eye[:2])
+    away_m = _away_m(scene.heightmap, *scene.camera.eye[:2])
     where = f"the eye is {metres(away_m)} from the map" if away_m else "the eye is over the map, and looks away from it"
-    report.note(f"no land is in the picture: {where}{_advice(asked, heightmap, camera)}")
+    report.note(f"no land is in the picture: {where}{_advice(asked, scene.heightmap, scene.camera)}")
 
 
 def _away_m(heightmap: Heightmap, x: float, y: float) -> float:

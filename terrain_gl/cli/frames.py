@@ -97,7 +97,7 @@ class Drawing:
         keys = OF_FRAME + (MEASURED if asked.measure else ())
         numbers = scene.pose(asked.camera.size) | {key: stats[key] for key in keys if key in stats}
         image = frame.image[..., :3]
-        stamps = overlays.stamps_of(asked, scene.heightmap, pose.camera)
+        stamps = scene.stamps(asked.laid, asked.camera.size)
         stamp(image, 0, [*overlays.names(asked.camera.size, renderer.labels(), stamps), *stamps])
         with renderer.session:
             numbers["sees_land"] = renderer.picture.sees_land()

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from pathlib import Path
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.words import UNITS
-from ..camera import Camera
-from ..files.furniture import Stamp, furniture, land_ahead_m, name_stamps
+from ..files.furniture import Stamp, name_stamps
 from ..heightmap import Heightmap
 from ..light.laid import is_albedo, look_into
-from ..light.lighting import ramp_seen
-from ..light.ramps import LOOKS as RAMPS
-from ..light.ramps import Ramp, Values, ramp_for
 from ..renderer.draped import is_on_map
 from ..renderer.names import Label
 from ..renderer.options import FrameOptions
 from ..renderer.overlay import LABEL, Overlay, read_overlay
 from . import options, report, values
-from .records import Drawn, DrawOptions, LaidOptions
+from .records import Drawn, LaidOptions
 
 NO_LABELS = "none"
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
@@ -100,25 +95,3 @@ def tell_unseen(paths: tuple[str, ...], heightmap: Heightmap, laid: tuple[Overla
     for path, overlay, count in zip(paths, laid, samples, strict=True):
         if not count and is_on_map(overlay, heightmap):
             report.note(f"{report.shown(path)}: nothing of it is in the picture: turn the camera to it")
-
-
-def stamps_of(asked: DrawOptions, heightmap: Heightmap, camera: Camera) -> list[Stamp]:
-    """Stamps to draw over a picture; none without `--furniture`."""
-    laid = asked.laid
-    if not laid.furniture:
-        return []
-    title = Path(heightmap.name).stem if laid.title is None else laid.title
-    ahead_m = land_ahead_m(heightmap.coarse(), camera)
-    ramp = ramp_of(asked.frame, heightmap)
-    return furniture(asked.camera.size, camera, ahead_m, title, *ramp, heightmap.north_deg, asked.frame.units)
-
-
-def ramp_of(frame: FrameOptions, heightmap: Heightmap) -> tuple[Ramp | None, str]:
-    """The ramp that the picture shows, and the unit of its numbers."""
-    if not frame.shading.is_lit:
-        return None, ""
-    if frame.drape:
-        return ramp_seen(Values(frame.drape, frame.ramp, frame.ramp_range), heightmap.georeference), ""
-    if frame.look in RAMPS:
-        return ramp_for(*heightmap.range_m, frame.look, frame.ramp_range), frame.units
-    return None, ""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,15 +11,18 @@ from ..basics.exceptions import UsageError
 from ..basics.steps import drain
 from ..camera import Camera, Vector
 from ..files import maps
+from ..files.furniture import Stamp, furniture, land_ahead_m
 from ..files.views import depth_below_ground, drawn_near, look_at, stand_at, standard_sun, standard_view
 from ..heightmap import Heightmap
-from ..light.lighting import check_room
+from ..light.lighting import check_room, ramp_seen
+from ..light.ramps import LOOKS as RAMPS
+from ..light.ramps import Ramp, Values, ramp_for
 from ..light.sun import sun_position
 from ..renderer import Renderer
 from ..renderer.options import FrameOptions
 from ..store import cache
 from . import overlays, report, stores
-from .records import CameraOptions, DrawOptions, SunOptions
+from .records import CameraOptions, DrawOptions, LaidOptions, SunOptions
 
 
 @dataclass(frozen=True)
@@ -26,12 +30,31 @@ class CommandScene:
     """The map, the camera and the options of the picture."""
 
     heightmap: Heightmap
+    seen: Heightmap  # the map, or a coarse level of a store, which is quick to read as a whole
     camera: Camera
     frame: FrameOptions
 
     def view(self, **changes: Any) -> dict[str, Any]:
         """Keyword arguments of `Renderer.render`; `changes` replace options of the frame."""
         return {"camera": self.camera} | vars(self.frame) | changes
+
+    @property
+    def ramp(self) -> tuple[Ramp | None, str]:
+        """The ramp that the picture shows, and the unit of its numbers."""
+        frame = self.frame
+        if frame.shading.is_lit and frame.drape:
+            return ramp_seen(Values(frame.drape, frame.ramp, frame.ramp_range), self.heightmap.georeference), ""
+        if frame.shading.is_lit and frame.look in RAMPS:
+            return ramp_for(*self.heightmap.range_m, frame.look, frame.ramp_range), frame.units
+        return None, ""
+
+    def stamps(self, asked: LaidOptions, size: tuple[int, int]) -> list[Stamp]:
+        """Stamps to draw over a picture of `size`; none without `--furniture`."""
+        if not asked.furniture:
+            return []
+        title = Path(self.heightmap.name).stem if asked.title is None else asked.title
+        ahead_m = land_ahead_m(self.seen, self.camera)
+        return furniture(size, self.camera, ahead_m, title, *self.ramp, self.heightmap.north_deg, self.frame.units)
 
     def pose(self, size: tuple[int, int]) -> dict[str, Any]:
         """The camera of a picture of `size`, and its sun, for JSON: docs/stats.md."""
@@ -112,7 +135,7 @@ def _scene(
     """The scene; the view and the sun that no option gives are those of a bundled map, or suit the map `seen`."""
     start = known.camera if known and not asked.camera.view else _first_view(asked, seen)
     sun = asked.light.sun or clock_sun(asked.light, heightmap) or (known.sun if known else standard_sun(seen))
-    return CommandScene(heightmap, camera_of(asked.camera, heightmap, start), replace(asked.frame, sun=sun))
+    return CommandScene(heightmap, seen, camera_of(asked.camera, heightmap, start), replace(asked.frame, sun=sun))
 
 
 def clock_sun(light: SunOptions, heightmap: Heightmap) -> tuple[float, float] | None:

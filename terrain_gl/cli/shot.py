@@ -104,7 +104,7 @@ def _draw(
     exact = FORMATS[os.path.splitext(asked.output.path)[1].lower()] == "float"
     rows = np.empty((0, width, 4))
     sees_land = False
-    stamps = [] if exact else overlays.stamps_of(asked, scene.heightmap, scene.camera)
+    stamps = [] if exact else scene.stamps(laid, size)
     seen: list[Label] = []
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:
@@ -129,7 +129,7 @@ def _draw(
     with report.progress_bar("drawing") as progress:
         stats = drain(steps, progress)
     if not sees_land:
-        effects.tell_no_land(asked.camera, scene.heightmap, scene.camera)
+        effects.tell_no_land(asked.camera, scene)
     if exact and laid.furniture:
         report.note("--furniture: is not in a picture of floats")
     if renderer.overlays:
