@@ -19,7 +19,7 @@ from terrain_gl.readers.archives import encoding_of, open_gzip, open_text, open_
 from terrain_gl.readers.arrays import RAW_ENDINGS, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
-from terrain_gl.readers.local import VRT, sources_of
+from terrain_gl.readers.local import sources_of
 from terrain_gl.readers.raster import Band, Blocks, Raster, Spacing, has_rasterio, number_of
 from terrain_gl.readers.refusals import step_for_folder
 from terrain_gl.readers.tiles import check_packed, placed_by_name
@@ -63,12 +63,11 @@ def _unpacked(path: str, reading: Reading) -> Raster:
 
 def files_of(path: str | os.PathLike[str]) -> list[str]:
     """The real paths of all named files that opening a map reads: the file itself, or the sources of a mosaic."""
-    path = os.fspath(path)
-    try:
-        is_mosaic = _first_bytes(path).lstrip().startswith(VRT)
-        return [os.path.realpath(path), *(sources_of(path, path) if is_mosaic else ())]
-    except TerrainError:  # opening the map reports the reason
-        return [os.path.realpath(path)]
+    found = [os.path.realpath(path)]
+    if os.path.isfile(path):
+        with contextlib.suppress(TerrainError, OSError):  # opening the map reports the reason
+            found += sources_of(os.fspath(path), os.fspath(path))
+    return found
 
 
 def state_of(path: str | os.PathLike[str]) -> list[tuple[str, int, int]]:
@@ -120,14 +119,13 @@ def _one_band(raster: Raster, band: Band) -> Raster:
     names = raster.bands or ("",) * raster.colours
     kept = number_of(band, names, raster.name) - 1
     keep = [kept, raster.shape[2] - 1] if raster.has_alpha else [kept]
-    shape = (*raster.shape[:2], len(keep))
-    return replace(raster, shape=shape, blocks=_channels(raster.blocks, keep), bands=(names[kept],))
 
+    def blocks() -> Blocks:
+        with contextlib.closing(raster.blocks):
+            for where, pixels in raster.blocks:
+                yield where, pixels[..., keep]
 
-def _channels(blocks: Blocks, keep: list[int]) -> Blocks:
-    with contextlib.closing(blocks):
-        for where, pixels in blocks:
-            yield where, pixels[..., keep]
+    return replace(raster, shape=(*raster.shape[:2], len(keep)), blocks=blocks(), bands=(names[kept],))
 
 
 def _kind(path: str, head: bytes, reading: Reading) -> str:

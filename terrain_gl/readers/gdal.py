@@ -57,11 +57,14 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
     TerrainError
         rasterio is missing, no allowed driver reads the file, or it holds no map.
     """
+
+    def refused(reason: str, otherwise: str) -> TerrainError:
+        with open(path, "rb") as file:
+            return TerrainError(step_for(path, name, file.read(512), reason) or f"{name}: {otherwise}")
+
     if not has_rasterio():
-        if refusal := step_for(path, name, _head(path)):
-            raise TerrainError(refusal)
         others = "is not PNG, TIFF, EXR, HDR, NPY or HGT: if it is another kind that GDAL reads"
-        raise TerrainError(f"{name}: {others}, {INSTALL_GEO}")
+        raise refused("", f"{others}, {INSTALL_GEO}")
     try:
         with environment(trusted):
             data, of_layer = open_layer(path, name, trusted, band)
@@ -69,18 +72,11 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
             blocks = read_within(data, _gdal_blocks(data, name, bands, partial(environment, trusted)))
             return replace(_raster(data, name, bands, blocks), has_windows=True)
     except gdal_failures() as error:
-        if refusal := step_for(path, name, _head(path), str(error)):
-            raise TerrainError(refusal) from None
         unknown = "not recognized" in str(error)
-        reason = "not a format that is read here" if unknown else one_line(error)
+        why = "not a format that is read here" if unknown else one_line(error)
         advice = f"; {TRUST}" if unknown and not trusted else ""
         kinds = "give PNG, TIFF, EXR, HDR, NPY, HGT"
-        raise TerrainError(f"{name}: is not a readable heightmap ({reason}): {kinds}{advice}") from None
-
-
-def _head(path: str) -> bytes:
-    with open(path, "rb") as file:
-        return file.read(512)
+        raise refused(str(error), f"is not a readable heightmap ({why}): {kinds}{advice}") from None
 
 
 def open_dataset(data: Any, name: str) -> Raster:

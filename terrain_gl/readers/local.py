@@ -52,7 +52,7 @@ _ALWAYS = {
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ERDAS = b"EHFA_HEADER_TAG"
 _ERDAS_ELSEWHERE = b"ExternalRasterDMS"
-VRT = b"<VRTDataset"  # first bytes of a mosaic
+_VRT = b"<VRTDataset"  # first bytes of a mosaic
 _LONGEST = 1 << 26  # bytes of XML
 # Elements that GDAL gets, and elements that it does not need. Others could change heights or name other files.
 _KEPT = {
@@ -121,8 +121,7 @@ def open_local(path: str, name: str) -> Any:
     rasterio.errors.RasterioError
         No allowed driver reads it.
     """
-    with open(path, "rb") as file:
-        is_mosaic = file.read(64).lstrip().startswith(VRT)
+    is_mosaic = _is_mosaic(path)
     text, sources = _safe_mosaic(path, name) if is_mosaic else (utf8(path, name), [path])
     _check_companions([path, *sources], name)
     for source in sources:
@@ -216,9 +215,16 @@ def _safe_mosaic(path: str, name: str) -> tuple[str, list[str]]:
 
 
 def sources_of(path: str, name: str) -> list[str]:
-    """The files that a mosaic names, for heights and for masks."""
+    """The files that a mosaic names, for heights and for masks; none for other files."""
+    if not _is_mosaic(path):
+        return []
     folder = os.path.dirname(os.path.realpath(path))
     return [os.path.realpath(_named(each, folder)) for each in _parsed(path, name).iter("SourceFilename")]
+
+
+def _is_mosaic(path: str) -> bool:
+    with open(path, "rb") as file:
+        return file.read(64).lstrip().startswith(_VRT)
 
 
 def _parsed(path: str, name: str) -> ElementTree.Element:
