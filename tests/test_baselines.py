@@ -121,6 +121,7 @@ def test_hard_maps_are_watertight(ctx, sample, method, name):
         check_mesh(scene, method, camera, parameters)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.integers(2, 150), st.integers(2, 150), st.integers(0, 10**6))
 def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
@@ -161,6 +162,7 @@ def test_heights_drawn_are_those_of_the_pyramid(ctx, method):
     assert ((low - slack <= heights_m.ravel()) & (heights_m.ravel() <= high + slack)).all()
 
 
+@pytest.mark.slow
 def test_a_ring_as_large_as_the_map_is_the_map_itself(ctx):
     renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
     views = cameras(renderer.heightmap)
@@ -238,6 +240,7 @@ def test_as_many_triangles_as_asked_for(ctx, method, triangles, view):
     assert stats["requested_triangles"] == triangles and stats["certified_max_error_px"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", BASELINES)
 def test_more_triangles_are_nearer_to_the_truth(ctx, method):
     renderer = tg.Renderer(tg.Heightmap(rough(300, 410, 8, 300.0), 10.0), SIZE, ctx=ctx)

@@ -47,6 +47,7 @@ def error_px(scene, triangles):
     return surface_errors(scene, scene.select(across_the_land(), triangles=triangles), across_the_land()).rms_px
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "old, new",
     [

@@ -247,6 +247,7 @@ def test_28_the_sun_counts_from_true_north(inside, place, turned):
     assert brightest == pytest.approx((turned + 90) % 360, abs=4)
 
 
+@pytest.mark.slow
 def test_29_photos_of_more_bits_have_the_colours_of_eight(inside):
     def fields(name, *more):
         told = inside("shot", "dem.tif", "--material", f"{name}.tif", *DOWN, "-o", f"{name}.png", *more)

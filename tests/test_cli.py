@@ -258,6 +258,7 @@ def test_shot_repeats_exactly(dem, run):
     assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_measure_keeps_to_a_budget(dem, run):
     asked = ("measure", dem, *SIZE, "--triangles", 200)
     status, out, _ = run(*asked, "--json", "-")
@@ -347,6 +348,7 @@ def test_mesh_draws_a_bar_on_a_terminal_alone(dem, run, monkeypatch):
     assert drawn.startswith("\rwriting [   ") and "writing [####" in drawn
 
 
+@pytest.mark.slow
 def test_bench(dem, run):
     np.save("other.npy", np.load(dem)[:, :60])
     status, out, _ = run("bench", dem, "other.npy", *SIZE, "--frames", 2, "--json", "-")

@@ -185,6 +185,7 @@ def test_no_display(dem, folder):
     assert os.listdir(folder) == [dem]
 
 
+@pytest.mark.slow
 def test_too_old_gl(dem, folder):
     if "Mesa" not in create_context().info["GL_VERSION"]:
         pytest.skip("only Mesa can be told to pretend that it is older")

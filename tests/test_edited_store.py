@@ -233,6 +233,7 @@ def test_right_after_an_edit_the_bound_holds(land, alone, metric, seed):
     assert check_bounds(land, seed, metric) <= 1
 
 
+@pytest.mark.slow
 def test_without_wide_records_the_bound_breaks(land, alone, monkeypatch):
     monkeypatch.setattr("terrain_gl.pages.edited_records.widened", lambda words, *_: words)
     assert max(check_bounds(land, seed, "max", 2) for seed in range(3)) > 1
@@ -334,6 +335,7 @@ def test_edits_keep_the_limit_of_memory(land):
     assert 0 < rows < 150 and rows % 10 == 0
 
 
+@pytest.mark.slow
 def test_heights_out_of_the_range_are_converted_and_bounded(land, alone):
     heights, path = land
     rng = np.random.default_rng(2)
@@ -416,6 +418,7 @@ def late_page_px(path, heights):
             return achieved_px(renderer), stats["certified_max_error_px"]
 
 
+@pytest.mark.slow
 def test_a_page_that_was_read_before_an_edit_does_not_arrive_after_it(land):
     heights, path = land
     achieved, certified = late_page_px(path, heights)
@@ -597,6 +600,7 @@ def test_edits_are_checked(land):
 # --- The command line -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_commands_draw_edits(placed, run):
     with Renderer(StoredMap("s"), SIZE) as renderer:
         renderer.edit(slice(20, 60), slice(30, 90), np.indices((40, 60)).sum(0) % 2 * 20.0)

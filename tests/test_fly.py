@@ -156,6 +156,7 @@ def test_a_full_folder_is_not_mixed_with(run, path):
     refused(run(*words), 1, "f: holds frames already")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["f/", "film.gif"])
 def test_interrupted(output):
     """Ctrl-C in the middle: status 130, one line that says which files exist, and no incomplete file."""

@@ -55,6 +55,7 @@ def test_the_mesh_and_what_is_measured_stay_as_they_are(renderer):
     assert told[0] == told[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", ["grey", "tint", "viridis"])
 def test_diagrams_have_none(renderer, look):
     assert np.array_equal(shown(renderer, 500.0, look=look), shown(renderer, 500.0, look=look, grain="off"))

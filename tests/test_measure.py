@@ -252,6 +252,7 @@ def test_measured_errors_are_close_below_the_exact_ones(ctx, name):
         assert most <= mesh.certified_px, view
 
 
+@pytest.mark.slow
 def test_slit_in_the_picture_is_counted_and_the_sky_is_not(ctx):
     renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
     camera = cameras(renderer.heightmap)["default"]

@@ -221,6 +221,7 @@ def test_two_views_and_a_renderer_side_by_side(view):
     assert other.get_frame() is None
 
 
+@pytest.mark.slow
 def test_panels():
     pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
     view = View("canyon-15m", size=(640, 360), panels=True, style="normals")

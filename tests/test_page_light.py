@@ -185,6 +185,7 @@ def test_a_missing_tile_is_replaced_by_a_coarser_one(hills):
 # --- Pictures ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_lit_picture_of_all_tiles_is_close_to_that_of_the_map_in_memory(hills):
     """The difference is mostly in the edges of shadows; without the light it is several times as large."""
     whole, path = hills

@@ -267,6 +267,7 @@ def test_pages_sum_the_steps_of_the_map_in_memory(ctx, tmp_path, offset_m):
         np.testing.assert_array_equal(table[: part.shape[0], : part.shape[1]], expected)
 
 
+@pytest.mark.slow
 def test_with_all_pages_pictures_of_a_real_map_are_those_of_the_whole_map(dem, tmp_path):
     heights = np.nan_to_num(Heightmap.open(dem / "mt_rainier_90m.tif").heights[300:620, 200:500])
     build(heights, tmp_path / "s", tile=32, shard=128, spacing_m=60.0)
@@ -278,6 +279,7 @@ def test_with_all_pages_steep_meshes_are_those_of_the_whole_map(steep, metric):
     check_equal(steep, 3, [metric])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metric", METRICS)
 def test_whatever_is_there_of_steep_maps_achieves_what_is_certified(steep, metric, alone):
     check_bounds(steep, 1, 3, [metric])
@@ -418,6 +420,7 @@ class Watched(Endless):
         return super().lattice_heights(level, rows, cols)
 
 
+@pytest.mark.slow
 def test_a_map_of_eighteen_thousand_million_posts_is_drawn_and_measured():
     endless = Watched()
     assert math.prod(endless.heights.shape) == 18_000_000_000
@@ -495,6 +498,7 @@ def test_frames_over_a_store_are_pictures_of_their_own(store, run):
     np.testing.assert_array_equal(read_image("frames/frame-00003.png"), alone[..., :3])
 
 
+@pytest.mark.slow
 def test_a_damaged_tile_ends_a_shot_with_one_line(store):
     cut_heights(store)
     words = ("--size", "96x64", "--max-error", "0.05", "--view", "ridge", "--style", "lambert", "--json", "n.json")
@@ -505,6 +509,7 @@ def test_a_damaged_tile_ends_a_shot_with_one_line(store):
     assert all("heights/0" in tile["reason"] for tile in stats["tiles_missing"])
 
 
+@pytest.mark.slow
 def test_a_damaged_tile_ends_a_measurement_and_a_flight_with_one_line(store, run):
     path = [{"eye": [x, 100, 90], "target": [200, 200, 0]} for x in (100, 150)]
     Path("path.json").write_text(json.dumps({"keyframes": path}))

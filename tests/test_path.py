@@ -59,6 +59,7 @@ def test_passes_through_its_keyframes(keyframes, closed):
         assert camera.fov_deg == pytest.approx(keyframe.camera.fov_deg, rel=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(keyframes(least=3), st.booleans())
 def test_speed_is_constant(keyframes, closed):

@@ -325,6 +325,7 @@ def crest_is_proved(text, units):
     return numbers.proves(within(found, units * UNIT / 2), *facts)
 
 
+@pytest.mark.slow
 def test_the_crest_of_a_cell_is_the_top_of_its_parabola():
     text = source("error/cells.glsl")
     changes = {

@@ -52,6 +52,7 @@ def pairs(heightmap, n, seed=0, above=30.0):
     return [np.c_[xy, heightmap.height_at(*xy.T) + rng.uniform(0, above, n)] for xy in ends]
 
 
+@pytest.mark.slow
 def test_lines_are_as_a_march_finds_them():
     """Nowhere wrong beyond a micrometre of grazing."""
     heightmap = hills()

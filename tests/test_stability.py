@@ -84,6 +84,7 @@ def test_far_mountains_do_not_shimmer(ctx):
     assert shimmer(lights_of(heightmap, ctx, cameras, "point")) >= 4 * shimmer(lights_of(heightmap, ctx, cameras))
 
 
+@pytest.mark.slow
 def test_far_mountains_change_no_more_than_the_truth_does(ctx):
     """The truth: 256 places a pixel, each lit with its own normal, in every tenth of sixty frames."""
     heightmap = rough_mountains()

@@ -100,6 +100,7 @@ def test_other_programs_find_the_levels(tmp_path):
 # --- Sources ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_files_and_arrays_alike(tmp_path):
     heights = rough(150, 200)
     write_tiff(tmp_path / "whole.tif", heights, tiled=True, blockxsize=64, blockysize=64)
@@ -215,6 +216,7 @@ def test_files_in_two_zones_are_no_mosaic(tmp_path):
     build([tmp_path / "a.tif", tmp_path / "c.tif"], tmp_path / "s", **SMALL)
 
 
+@pytest.mark.slow
 def test_lazy_arrays_are_never_whole_in_memory(tmp_path):
     dask = pytest.importorskip("dask.array")
     xarray = pytest.importorskip("xarray")

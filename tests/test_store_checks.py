@@ -116,7 +116,11 @@ DAMAGE = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGE)
+# one damage in three in the quick tests
+KINDS = [pytest.param(kind, marks=[pytest.mark.slow] * (i % 3 > 0)) for i, kind in enumerate(DAMAGE)]
+
+
+@pytest.mark.parametrize("damage", KINDS)
 def test_damage_is_found_and_mended(store, run, damage):
     clean = digest(store)
     DAMAGE[damage](store)
@@ -128,6 +132,7 @@ def test_damage_is_found_and_mended(store, run, damage):
     assert digest(store) == clean
 
 
+@pytest.mark.slow
 def test_all_of_it_at_once(store):
     clean = digest(store)
     for damage in DAMAGE.values():
@@ -151,6 +156,7 @@ def test_a_file_without_permission_is_found_and_mended(store):
     assert digest(store) == clean
 
 
+@pytest.mark.slow
 def test_errors_are_measured_again_only_where_they_are_damaged(store, monkeypatch):
     measured = []
     measure = tasks.measure
@@ -236,6 +242,7 @@ def test_ten_pairs_of_builds_at_once(folder):
     assert not check("s0").damage
 
 
+@pytest.mark.slow
 def test_a_build_waits_for_another_one_and_says_so(store):
     words = [sys.executable, "-m", "terrain_gl", "build", "dem.npy", "-o", "new.zarr"]
     with locked("new.zarr"):

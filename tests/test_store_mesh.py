@@ -26,6 +26,7 @@ SIZE = (160, 90)
 # --- Budgets ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["valley", pytest.param("default", marks=pytest.mark.slow)])
 def test_a_budget_of_a_store_is_spent_about_as_well_as_that_of_the_whole_map(hills, view):
     whole, path = hills
@@ -118,6 +119,7 @@ def vertices_of(path):
     return np.frombuffer(body, record, count)["at"]
 
 
+@pytest.mark.slow
 def test_mesh_writes_the_whole_store_and_its_views(store, run, hills):
     whole, _ = hills
     for words in (

@@ -117,6 +117,7 @@ def test_whatever_is_there_achieves_what_is_certified(maps, alone):
     check_bounds(maps, 2, 4, ["max", "rms"], occlusion="off")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("voids", ["fill", "hole"])
 def test_a_view_that_waits_is_certified_and_has_no_holes_but_the_voids(maps, voids):
     with Renderer(StoredMap(maps[1]), SIZE) as renderer:
@@ -127,6 +128,7 @@ def test_a_view_that_waits_is_certified_and_has_no_holes_but_the_voids(maps, voi
             assert found["max_error_px"] <= stats["certified_max_error_px"] <= 1.0
 
 
+@pytest.mark.slow
 def test_rims_of_holes_are_sharp_though_the_land_is_flat(tmp_path):
     """Level land needs no fine tiles; the rims of its holes do. Without them, they are large squares."""
     heights = np.full((200, 200), 5.0, np.float32)
@@ -167,6 +169,7 @@ def _area_m2(path):
     return np.abs(np.cross(b - a, c - a)).sum() / 2
 
 
+@pytest.mark.slow
 def test_edits_beside_voids_hold_and_voids_stay(maps):
     mine, path = maps
     camera = Camera((200, -60, 90), (200, 150, 0))

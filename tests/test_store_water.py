@@ -35,6 +35,7 @@ def maps(tmp_path_factory):
     return Heightmap(coast(), 20.0), path
 
 
+@pytest.mark.slow
 def test_water_is_that_of_the_map_in_memory(maps):
     mine, path = maps
     expected = Water.of(mine.heights)
@@ -52,6 +53,7 @@ def test_land_without_water_has_no_marks(tmp_path, shape):
     assert not stored.is_marked and stored.sea_m is None and not (tmp_path / "s" / "marks").exists()
 
 
+@pytest.mark.slow
 def test_pictures_show_the_water(maps):
     mine, path = maps
     camera = Camera((2600, -1500, 1500), (2600, 2000, 0))

@@ -101,6 +101,7 @@ def wanted_by_loops(terrain, patches, tolerance_px):
     return worth
 
 
+@pytest.mark.slow
 def test_what_patches_ask_for_is_what_loops_find(hills):
     whole, path = hills
     rng = np.random.default_rng(2)
@@ -165,6 +166,7 @@ def test_a_page_that_gives_no_answer_counts_as_missing(hills):
     loader.release()
 
 
+@pytest.mark.slow
 def test_pages_on_their_way_keep_the_limit_of_memory(hills):
     stored = Slow(hills[1])
     stored.limit(stored.gpu_bytes, 200 << 10)
@@ -389,6 +391,7 @@ def test_views_that_take_turns_are_complete_together(hills):
         assert all(both())
 
 
+@pytest.mark.slow
 def test_views_that_take_turns_keep_their_pages_in_a_small_pool(hills):
     whole, path = hills
     stored = StoredMap(path)

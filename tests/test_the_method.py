@@ -107,6 +107,7 @@ def test_it_reads_the_bundled_maps():
         assert np.abs(ours.heights - theirs.heights).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_it_runs_as_a_script(tmp_path):
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, str(FILE), "--size", "640", "360"]
@@ -242,6 +243,7 @@ def test_its_levels_need_the_cut_edges(ctx):
     assert (whole >= without).all() and whole.sum() > 1.02 * without.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tolerance_px", "most"), [(1.0, 2.5), (4.0, 3.5)])
 def test_triangles_beside_the_real_method(ctx, alpine, tolerance_px, most):
     """Real patches are closer to the error. But they also cut cells between posts."""

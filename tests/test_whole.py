@@ -89,6 +89,7 @@ def test_rounding_of_the_library_is_no_excuse(monkeypatch):
     assert (mesh.error.surface, mesh.error.surface_rms) == pytest.approx(mesh.of_every_post)
 
 
+@pytest.mark.slow
 def test_few_triangles():
     """Delaunay triangles follow the land; 0.5 % of the relief of this map took 374,113 triangles of a quadtree."""
     heightmap, _ = open_map("alpine")

@@ -107,6 +107,7 @@ def test_undoing_a_stroke_that_waits_for_headroom_leaves_the_one_before(viewer, 
     assert np.array_equal(viewer.scene.renderer.heightmap.heights, before)
 
 
+@pytest.mark.slow
 def test_strokes_that_wait_for_headroom_stay_separate(viewer):
     before, after = with_a_stroke(viewer)
     tool = waiting_stroke(viewer)

@@ -83,6 +83,7 @@ def test_a_window_of_no_size_does_nothing(viewer, folder):
     assert viewer.window.closing
 
 
+@pytest.mark.slow
 def test_keys_do_what_they_say(viewer, folder):
     viewer.window.resize((80, 50))  # there are many of them
     settle(viewer)

@@ -256,6 +256,7 @@ def test_a_file_from_a_file_manager(screen, tmp_path):
         assert end_of(process) == CLEAN
 
 
+@pytest.mark.slow
 def test_view_command(screen, tmp_path):
     """Without the panel at first; a key shows it."""
     options = ["--size", "480x360", "--fresh", "--plain", "--json", "last.json", "--backend", "egl"]
@@ -291,6 +292,7 @@ def test_panels_in_a_window(screen, tmp_path):
     assert last["requested_max_error_px"] > 3 and last["certified_max_error_px"] <= last["requested_max_error_px"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("waited_s", [0.3, 0.7, 1.1])
 def test_closing_during_a_load_exits_cleanly(screen, tmp_path, waited_s):
     np.save(tmp_path / "large.npy", np.add.outer(np.arange(3000.0) % 17, np.arange(2800.0) % 23).astype("f4"))
