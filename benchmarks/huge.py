@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 import terrain_gl as tg
+from terrain_gl.gpu.packing import ERROR_UNIT
 from terrain_gl.pages.map import Page, PagedMap, PageKey, PostsOnDemand
 from terrain_gl.terrain import quantisation_range
 
@@ -176,7 +177,7 @@ class Endless(PagedMap):
 
     def _errors(self, level: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
         """A word of each node's record: its error as a half float, rounded up, for both the largest and the mean."""
-        unit_m = quantisation_range(*self.quantised_m)[2] * 2.0**-14
+        unit_m = quantisation_range(*self.quantised_m)[2] * ERROR_UNIT
         error = np.maximum(self.land.error_m(level, rows, cols) / unit_m, 2.0**-14)
         half = error.astype(np.float16)
         half = np.where(half < error, np.nextafter(half, np.float16(np.inf)), half).view(np.uint16)

@@ -118,21 +118,14 @@ class ErrorTables:
             self._update_tables(j, posts)
 
     def empty_for(self, terrain: Terrain) -> ErrorTables:
-        """Empty tables for another terrain. Build them; if both terrains have one size, `swap` can exchange them."""
+        """Empty tables for another terrain, with the shaders of these tables."""
         other = copy(self)
         other.terrain = terrain
         other._reserve()
         return other
 
-    def swap(self, other: ErrorTables) -> None:
-        """Exchange tables with the object that `empty_for` returned."""
-        for name in _BUFFERS:
-            mine, theirs = getattr(self, name), getattr(other, name)
-            setattr(self, name, theirs)
-            setattr(other, name, mine)
-
     def read_nodes(self, level: int) -> np.ndarray:
-        """Records `layout.NODE` of one level, (rows, cols); half floats are in units of span · 2^-14."""
+        """Records `layout.NODE` of one level, (rows, cols); half floats are in units of span · 2^-8."""
         return self._read(self.nodes, layout.NODE, level)
 
     def read_ranges(self, level: int) -> np.ndarray:
@@ -162,7 +155,7 @@ class ErrorTables:
 
     @property
     def resources(self) -> Resources:
-        """What glsl/error/bound.glsl reads."""
+        """What glsl/error/bound.glsl and squares.glsl read."""
         return {"Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
 
     def release_tables(self) -> None:

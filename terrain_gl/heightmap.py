@@ -59,7 +59,7 @@ class Heightmap:
     voids : int
         Number of void posts.
     range_m, quantised_m : (float, float)
-        Lowest and highest height; and the range for the quantisation, which may be wider after edits.
+        Lowest and highest height; and the range that gives the tables their units, chosen once: `units_for`.
     opened : dict, optional
         The arguments of `open`; None for a map that was not opened from a file, or was edited since.
     assumes_spacing : bool
@@ -111,7 +111,7 @@ class Heightmap:
         if np.isinf(self.heights[void]).any():
             self.heights = np.where(void, np.float32(np.nan), self.heights)
         self.range_m = self._checked(np.fmin.reduce(self.heights, None), np.fmax.reduce(self.heights, None))
-        self.quantised_m = self.range_m
+        self.quantised_m = units_for(self.range_m, self.spacing_m)
         self.of_earth = not not_of_the_earth(self.range_m)
         self._lows: np.ndarray | None = None  # lowest heights of blocks of RANGE_BLOCK posts a side
         self._highs: np.ndarray | None = None
@@ -249,7 +249,7 @@ class Heightmap:
         kept = "opened", "values", "scales", "georeference", "look", "assumes_spacing", "of_earth"
         for name in (*kept, "exaggeration", "_ground_spacing_m"):
             setattr(own, name, getattr(self, name))
-        own.quantised_m = min(self.quantised_m[0], own.range_m[0]), max(self.quantised_m[1], own.range_m[1])
+        own.quantised_m = self.quantised_m if heights is None else units_for(own.range_m, self.spacing_m)
         return own
 
     def exaggerated(self, factor: float) -> Heightmap:
@@ -476,6 +476,12 @@ def _rounded(heights: np.ndarray, name: str) -> np.ndarray:
         most = float(np.abs(heights[overflown]).max())
         raise TerrainError(f"{name}: heights up to ±{most:.9g} m, beyond ±{MAX_HEIGHT_M:g}: scale them")
     return rounded
+
+
+def units_for(range_m: tuple[float, float], spacing_m: Spacing) -> tuple[float, float]:
+    """The range that gives a map's tables their units. It is a cell high at least, so that flat maps can be edited."""
+    low, high = range_m
+    return low, max(high, low + math.sqrt(spacing_m[0] * spacing_m[1]))
 
 
 def _spacing(spacing_m: float | Spacing) -> Spacing:

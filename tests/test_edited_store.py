@@ -28,7 +28,6 @@ from terrain_gl.pages.sheet import Sheet
 from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, widened
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import FrameOptions
-from terrain_gl.terrain import quantisation_range
 
 pytest.importorskip("zarr")
 from terrain_gl.pages.edited_map import EditedMap
@@ -175,16 +174,17 @@ def test_wide_records_are_those_of_the_specification_rounded_up():
     vertices = truth * rng.random(most.shape).astype(np.float32)
     moved = Moves(truth, vertices, np.where(truth > 0, -20.0, np.inf), np.where(truth > 0, 33.0, -np.inf))
     square = np.arange(11) < 9
-    found = errors_m(widened(words, truth, vertices, square & (most > 0), 2, scale), scale)
+    found = errors_m(widened(words, truth, vertices, square & (most > 0), 2, scale, 96.0), scale)
     expected = reference.widened_errors(*errors_m(words, scale), truth, vertices, 2)
     for ours, theirs in zip(found, expected, strict=True):
         inside = np.broadcast_to(square, theirs.shape)
         assert (ours >= theirs)[inside].all() and (ours <= theirs * 1.003 + 0.001)[inside].all()
     assert (found[1][:, 9:] == found[0][:, 9:])[truth[:, 9:] > 0].all()  # at the rim, the mean is the largest error
-    np.testing.assert_array_equal(widened(words, truth, vertices, square, 2, scale)[truth == 0], words[truth == 0])
+    kept = widened(words, truth, vertices, square, 2, scale, 96.0)[truth == 0]
+    np.testing.assert_array_equal(kept, words[truth == 0])
     records, area = EditedRecords(16, 2, (36, 40), scale), (slice(0, 9), slice(0, 11))
     records.move(2, area, moved)
-    _, ranges = records.of(Page(most, words, np.full((2, 9, 11), 30000, np.uint16)), 2, area)
+    _, ranges = records.of(Page(most, words, np.full((2, 9, 11), 30000, np.uint16)), 2, area, 96.0)
     low, high = ranges / 65535 * 96.0 - 32.0
     assert (low[truth > 0] <= -20).all() and (high[truth > 0] >= 33).all()
     assert (ranges[:, truth == 0] == 30000).all()
@@ -336,17 +336,16 @@ def test_edits_keep_the_limit_of_memory(land):
 
 
 @pytest.mark.slow
-def test_heights_out_of_the_range_are_converted_and_bounded(land, alone):
-    heights, path = land
+def test_heights_beyond_those_of_the_store_are_bounded(land, alone):
+    path = land[1]
     rng = np.random.default_rng(2)
     with Renderer(StoredMap(path), SIZE) as renderer, renderer.session:
         load_some(renderer, rng)
-        before = renderer.heightmap.quantised_m
+        units_m, loaded = renderer.heightmap.quantised_m, set(renderer.terrain.slot_of)
         renderer.edit(70, slice(90, 94), 33.0)
         renderer.edit(slice(70, 75), slice(90, 99), 400.0)
         assert renderer.heightmap.range_m == (-40.0, 400.0)
-        assert quantisation_range(*renderer.heightmap.quantised_m) != quantisation_range(*before)
-        assert set(renderer.terrain.slot_of) == set(renderer.terrain.roots)
+        assert renderer.heightmap.quantised_m == units_m and set(renderer.terrain.slot_of) == loaded
         for metric in ("max", "rms", "max"):
             load_some(renderer, rng)
             selection = chosen(renderer, random_view(rng, 600), 2.0, metric)
@@ -356,6 +355,9 @@ def test_heights_out_of_the_range_are_converted_and_bounded(land, alone):
             selection = chosen(renderer, random_view(rng, 600), 2.0, metric)
             assert achieved_px(renderer, metric) <= selection.certified_px
         assert renderer.height_at(2.0 * 92, 2.0 * (ROWS - 1 - 72)) == 400.0
+        with pytest.raises(TerrainError, match="1000000 m are too far from those of the store"):
+            renderer.edit(70, 90, 1e6)
+        assert renderer.heightmap.range_m == (-40.0, 400.0)
 
 
 def test_the_callers_map_does_not_change(land):

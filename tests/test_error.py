@@ -3,7 +3,7 @@
 import moderngl
 import numpy as np
 import pytest
-from asking import Asked
+from asking import Asked, ask
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, checkerboard, cliff, holes, rough
@@ -198,6 +198,30 @@ def test_ranges_hold_all_heights_drawn(ctx, name):
         assert (found[..., 1] <= posts.max((1, 3)) + 1.15 * step).all()
 
 
+@pytest.mark.parametrize("has_rule", [True, False])
+def test_ranges_far_beyond_the_units_hold_all_heights(ctx, monkeypatch, has_rule):
+    """A tenth of the heights lies in the units. Beyond them, the first and the last step stand for the map's ends."""
+    if not has_rule:
+        change_shaders(monkeypatch, "vec2(equal(steps, vec2(0.0, 65535.0)))", "vec2(0.0)")
+    heightmap = MAPS["holes"]()
+    usual = built(ctx, heightmap)[1]
+    low_m, high_m = heightmap.range_m
+    heightmap.quantised_m = low_m + 0.45 * (high_m - low_m), low_m + 0.55 * (high_m - low_m)
+    terrain, tables = built(ctx, heightmap)
+    y, x = (reference.nodes_along(n, 2).post for n in terrain.filled.shape)
+    posts = terrain.filled[y[:, :, None, None], x[None, None]] - terrain.base_m
+    at = np.indices((len(y), len(x)))[::-1].reshape(2, -1).T
+    words = "vec2 r = unpack_range(range[node_index(2, ivec2(a.xy))]); return vec4(r, 0.0, 0.0);"
+    resources = {**terrain.resources, "Counters": tables.counters, "Ranges": tables.ranges}
+    found = ask(ctx, "error/bound.glsl", words, np.c_[at, at], resources=resources).reshape(*posts.shape[::2], 4)
+    holds = (found[..., 0] <= posts.min((1, 3))) & (posts.max((1, 3)) <= found[..., 1])
+    assert holds.all() == has_rule
+    exchanged = (
+        np.diff(each._read(each.ranges, layout.NODE_RANGE, 2)["heights"].astype(int)) < 0 for each in (usual, tables)
+    )
+    assert np.array_equal(*exchanged)  # the mark of voids, also where all heights are beyond
+
+
 ASK_BOUNDS = """
 layout(local_size_x = 64) in;
 struct Box_ { ivec4 posts; ivec4 level; };  // column and row of the first and of the last post; step_log2
@@ -219,7 +243,7 @@ void main() {
 
 def ask_bounds(ctx, tables, boxes):
     """Largest error in m, sum of squares in m², and whether the box is within 1.0001 and 0.8 of that error, (n, 4)."""
-    shader = Asked(ctx, "error/bound.glsl", shaders.source("error/bound.glsl") + ASK_BOUNDS)
+    shader = Asked(ctx, "error/squares.glsl", shaders.source("error/squares.glsl") + ASK_BOUNDS)
     questions = np.zeros((len(boxes), 8), "i4")
     questions[:, :5] = boxes
     asked, answers = ctx.buffer(questions.tobytes()), ctx.buffer(reserve=16 * len(boxes))
@@ -278,6 +302,25 @@ def test_bound_of_a_box_holds_and_is_within_a_class(ctx, heights):
         assert within and (not within_less or largest_m <= lowest)
         rounding = worst.size * 2.0**-34 * span**2  # a step of the fixed point for each node
         assert least.sum() * (1 - 2.0**-20) <= squares_m2 <= most.sum() * (1 + 2.0**-16) + rounding
+
+
+@pytest.mark.parametrize("rule, without", [("", ""), ("may_overflow(low, end)", "false"), ("overflows ?", "false ?")])
+def test_sums_of_squares_that_do_not_fit_are_bounded(ctx, monkeypatch, rule, without):
+    """A checkerboard 60 times as high as the units. Without each rule, the sum of the whole map wraps at 2^64."""
+    change_shaders(monkeypatch, rule, without)
+    n = 800
+    heightmap = Heightmap(60.0 * (np.indices((n, n)).sum(0) % 2), 10.0)
+    heightmap.quantised_m = 0.0, 1.0
+    terrain = Terrain(ctx, heightmap)
+    tables = ErrorTables(terrain)  # with shaders of its own
+    boxes = np.array([[0, 0, n - 1, n - 1, level] for level in range(1, 10)])
+    largest_m, squares_m2 = ask_bounds(ctx, tables, boxes)[:, :2].T
+    rms_m = layout.unpack_nodes(tables.read_nodes(10), terrain.span_m)[1][0, 0]
+    assert largest_m == pytest.approx(60)
+    least_m2 = 60.0**2 / 2  # half of the posts are off by 60 m: all others have the height of the corners
+    assert ((squares_m2 >= least_m2 * (n - 1) ** 2).all() and rms_m**2 >= least_m2) == (not rule)
+    tables.release()
+    terrain.release()
 
 
 def test_parts_of_a_cell_have_the_error_of_the_cell_over_n_squared(ctx):

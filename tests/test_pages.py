@@ -19,6 +19,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.files.views import standard_view
 from terrain_gl.film.tour import tour
 from terrain_gl.gpu import layout
+from terrain_gl.gpu.packing import ERROR_UNIT
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.light.ground import HeightSums
@@ -258,7 +259,8 @@ def test_pages_sum_the_steps_of_the_map_in_memory(ctx, tmp_path, offset_m):
     sums = HeightSums(terrain)
     (found,) = sums.values()
     above = heights - np.float32(terrain.base_m)
-    np.testing.assert_array_equal(found, steps_of(above, terrain._low_m - terrain.base_m, terrain.span_m))
+    base_m, low_m, span_m = quantisation_range(*terrain.heightmap.quantised_m)
+    np.testing.assert_array_equal(found, steps_of(above, low_m - base_m, span_m))
     rows, cols = stored.pages(0)
     for row, col in np.ndindex(rows, cols):
         table = sums_of(stored, (0, row, col)).height_sums
@@ -459,7 +461,7 @@ def test_the_records_of_the_endless_land_hold():
             assert (
                 endless.heights[row * n : row * n + n + 1 : n, col * n : col * n + n + 1 : 2] == posts[::n, ::2]
             ).all()
-            largest_m = float(np.uint16(page.errors[y, x] & 0xFFFF).view(np.float16)) * span_m * 2.0**-14
+            largest_m = float(np.uint16(page.errors[y, x] & 0xFFFF).view(np.float16)) * span_m * ERROR_UNIT
             found_m = max(off_two_triangles(posts))
             assert found_m <= largest_m
             tightest = min(tightest, largest_m / found_m)

@@ -68,7 +68,7 @@ def between_is_proved(text, mode="ne", fused="", first=0, end=16):
     evaluator = Evaluator(text, numbers, height_m=lambda post: next(heights), **ignored)
     found = evaluator.call("bilinear_m", [numbers.number("0")] * 2, t)
     expression = body(text, "rounding_between_m")[1][0].removeprefix("return ")
-    bound = of_text(text, expression, u_low_m=np.float32(0), u_span_m=np.float32(1))
+    bound = of_text(text, expression, lowest_m=lambda: np.float32(0), highest_m=lambda: np.float32(1))
     means = [f"{name} in [-1,1]" for name in numbers.means]  # of heights, with weights that add up to 1
     pieces = ", ".join(f"{number.held} in {end - first}" for number in t)
     return numbers.proves(within(found, bound), *means, split=f"$ {pieces};")

@@ -14,7 +14,7 @@ import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.basics.steps import drain
 from terrain_gl.comparison.curves import details_of
-from terrain_gl.gpu import gl
+from terrain_gl.gpu import gl, layout
 from terrain_gl.heightmap import MAX_HEIGHT_M
 from terrain_gl.shade.picture import UNLIT, Look
 
@@ -63,80 +63,69 @@ def test_height_over_a_void_is_nan():
         assert r.height_at(10.0, 10.0) == 0.0
 
 
-@pytest.mark.parametrize("base_m", [0.0, 9000.0])
-def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
-    """In steps. If it is given up, nothing has changed. At the end, tables and picture equal those of a rebuild."""
-    land = tg.Heightmap(heightmap.heights + base_m, (20.0, 30.0))
-    camera = tg.Camera.default(land)
-    with tg.Renderer(land, SIZE) as r, r.session:
-        before, nodes = r.render(camera).image, r.tables.nodes.read()
-        given_up = r.editor.headroom_steps(500.0, 100.0)
-        next(given_up)
-        next(given_up)
-        assert (r.render(camera).image == before).all()
-        given_up.close()
-        assert r.tables.nodes.read() == nodes and r.terrain.heightmap.quantised_m == r.heightmap.range_m
-        shares = list(r.editor.headroom_steps(500.0, 100.0))
-        assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 5
-        assert list(r.editor.headroom_steps(400.0, 90.0)) == []
-        wide = tg.Heightmap(land.heights, (20.0, 30.0))
-        wide.quantised_m = r.heightmap.quantised_m
-        image, made = r.render(camera).image, read_tables(r)
-        with tg.Renderer(wide, SIZE) as rebuilt, rebuilt.session:
-            assert (rebuilt.render(camera).image == image).all() and read_tables(rebuilt) == made
-        r.edit(slice(3, 9), slice(4, 8), land.heights.max() + 450.0)
-        assert r.terrain.heightmap.quantised_m == wide.quantised_m  # there was room
-
-
-@pytest.mark.parametrize("metres", [1e39, 1e300])
-def test_room_for_heights_that_no_edit_may_have_ends_where_edits_do(heightmap, metres):
+@pytest.mark.parametrize("up_m", [450.0, -450.0])
+def test_an_edit_far_beyond_the_map_keeps_the_units_and_the_bound_holds(heightmap, up_m):
+    """Tables are those of a map with the same units that was never edited. Without `beyond_m`, the bound breaks."""
+    place = np.s_[40:60], np.s_[40:70]
     camera = tg.Camera.default(heightmap)
     with tg.Renderer(heightmap, SIZE) as r, r.session:
-        r.editor.make_headroom(metres, 10.0)
-        assert r.terrain.heightmap.quantised_m == (r.heightmap.range_m[0] - 10.0, MAX_HEIGHT_M)
-        r.draw(camera, 4.0, style=UNLIT)
+        units_m = r.heightmap.quantised_m
+        r.edit(*place, heightmap.heights[place] + np.float32(up_m))
+        assert r.heightmap.quantised_m == units_m and not units_m[0] <= r.heightmap.range_m[up_m > 0] <= units_m[1]
+        for max_error_px in (1.0, 8.0, 40.0):
+            r.draw(camera, max_error_px, style=UNLIT)
+            found = r.measure()
+            assert found["max_error_px"] <= found["certified_max_error_px"] <= max_error_px and found["holes"] == 0
+        made, image = read_tables(r), r.render(camera).image
+        wide = tg.Heightmap(r.heightmap.heights, heightmap.spacing_m)
+        wide.quantised_m = units_m
+        with tg.Renderer(wide, SIZE) as rebuilt, rebuilt.session:
+            assert read_tables(rebuilt) == made and (rebuilt.render(camera).image == image).all()
+
+
+def test_what_no_class_holds_is_bounded_by_all_heights(heightmap):
+    """From far away, a tolerance is larger than all old errors. The block's `beyond_m` says that a peak is higher."""
+    far = tg.Camera((1000.0, -20000.0, 9000.0), (900.0, 900.0, 0.0), 20.0)
+    with tg.Renderer(heightmap, SIZE) as r, r.session:
+        r.edit(50, 50, 12 * heightmap.range_m[1])
+
+        def share():
+            r.draw(far, 1.0, metric="max", style=UNLIT)
+            found = r.measure()
+            return found["max_error_px"] / found["certified_max_error_px"]
+
+        assert share() <= 1
+        block = np.frombuffer(r.terrain.block.read(), layout.TERRAIN).copy()
+        block["beyond_m"] = 0
+        r.terrain.block.write(block)
+        assert share() > 1
+
+
+@pytest.mark.parametrize("base_m, height_m", [(0.0, 0.9 * MAX_HEIGHT_M), (9000.0, 200.0)])
+def test_an_edit_that_the_units_cannot_hold_chooses_others(heightmap, base_m, height_m):
+    """Heights in more than 64 spans, or so far below a base that float32 cannot hold the difference."""
+    land = tg.Heightmap(heightmap.heights + np.float32(base_m), heightmap.spacing_m)
+    with tg.Renderer(land, SIZE) as r, r.session:
+        r.edit(3, 4, height_m)
+        fresh = tg.Heightmap(r.heightmap.heights, land.spacing_m)
+        assert r.heightmap.quantised_m == fresh.quantised_m == fresh.range_m
+        with tg.Renderer(fresh, SIZE) as rebuilt, rebuilt.session:
+            assert read_tables(rebuilt) == read_tables(r)
+        r.draw(tg.Camera.default(land), 4.0, style=UNLIT)
         errors = r.measure()
         assert errors["max_error_px"] <= errors["certified_max_error_px"]
-        r.edit(3, 4, 0.9 * MAX_HEIGHT_M)
-        assert r.heightmap.heights[3, 4] == np.float32(0.9 * MAX_HEIGHT_M)
 
 
-@pytest.mark.parametrize("up_m, down_m", [(-1.0, 0.0), (0.0, -1e-9), (np.inf, 0.0), (0.0, np.inf), (np.nan, 1.0)])
-def test_room_of_no_number_of_metres_is_refused(heightmap, up_m, down_m):
-    with tg.Renderer(heightmap, SIZE) as r:
-        quantised_m = r.heightmap.quantised_m
-        for ask in (r.editor.make_headroom, lambda *room: next(r.editor.headroom_steps(*room))):
-            with pytest.raises(UsageError, match=f"got {up_m:g} and {down_m:g}"):
-                ask(up_m, down_m)
-        assert r.heightmap.quantised_m == quantised_m
-
-
-@pytest.mark.parametrize("portions", [1, 2, 3, 9])
-def test_an_edit_ends_the_making_of_room(heightmap, portions):
-    """If the edit were not noticed, tables of mixed heights would be used."""
-    place = np.s_[10:20], np.s_[10:30]
-    with tg.Renderer(heightmap, SIZE) as r, tg.Renderer(heightmap, SIZE) as other, other.session:
-        room = r.editor.headroom_steps(500.0, 100.0)
-        deque(itertools.islice(room, portions), maxlen=0)
-        for each in (r, other):
-            each.edit(*place, 15.0)
-        with pytest.raises(TerrainError, match="edited"):
-            deque(room, maxlen=0)
-        assert read_tables(r) == read_tables(other)
-        r.edit(*place, 15.0)  # changes nothing
-        assert [*r.editor.headroom_steps(500.0, 100.0)][-1] == 1.0
-
-
-def test_room_has_no_end_where_heights_have(heightmap):
-    """No edit can exceed the heights that a map may have, so none leaves a span that ends there."""
-    with tg.Renderer(heightmap, SIZE) as r:
-        r.editor.make_headroom(500.0, 100.0)
-        assert all(least <= room < np.inf for room, least in zip(r.editor.headroom_m, (100.0, 500.0), strict=True))
-        r.editor.make_headroom(3e7, 3e7)
-        assert r.editor.headroom_m == (np.inf, np.inf)
-        reach = r.heightmap.quantised_m
-        r.edit(3, 4, 1e7)
-        assert r.heightmap.quantised_m == reach and r.editor.headroom_m == (np.inf, np.inf)
+def test_a_plain_can_be_edited(heightmap):
+    """Units of a flat map come from its spacing."""
+    with tg.Renderer(tg.Heightmap(np.full((40, 50), 7.0), 30.0), SIZE) as r:
+        units_m = r.heightmap.quantised_m
+        assert units_m == (7.0, 37.0)
+        r.edit(slice(10, 20), slice(10, 30), 900.0)
+        assert r.heightmap.quantised_m == units_m
+        r.draw(tg.Camera.default(r.heightmap), 1.0, style=UNLIT)
+        found = r.measure()
+        assert found["max_error_px"] <= found["certified_max_error_px"] <= 1
 
 
 def test_edit_gives_the_tables_and_the_picture_of_a_rebuild(heightmap):
@@ -276,11 +265,10 @@ def half_done(r):
     """All work that is done in steps, after the first step."""
     camera = tg.Camera.default(r.heightmap)
     r.draw(camera)
-    room = r.editor.headroom_steps(500.0, 100.0)
-    others = r.inspector.measure_steps(tile=16), r.render_steps(camera, size=(200, 100)), r.draw_steps(camera)
-    for portions in (room, room, *others):
-        next(portions)
-    return [room, *others]
+    portions = r.inspector.measure_steps(tile=16), r.render_steps(camera, size=(200, 100)), r.draw_steps(camera)
+    for each in portions:
+        next(each)
+    return list(portions)
 
 
 @pytest.mark.slow
@@ -306,7 +294,7 @@ def test_portions_given_up_take_nothing_from_another_renderer(heightmap):
     camera = tg.Camera.default(heightmap)
     with tg.Renderer(heightmap, SIZE) as r, tg.Renderer(heightmap, SIZE) as other:
         portions = half_done(r)
-        other.editor.make_headroom(500.0, 100.0)  # so that the same numbers name textures of its own
+        other.edit(3, 4, 0.9 * MAX_HEIGHT_M)  # so that the same numbers name textures of its own
         before = [each.render(camera).image for each in (r, other)]
         for each in portions:
             with other.ctx:

@@ -17,7 +17,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import HeightSums
 from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.shade.picture import STYLES, Look, Picture
-from terrain_gl.terrain import Terrain
+from terrain_gl.terrain import Terrain, quantisation_range
 
 SIZES = [(2, 2), (3, 5), (37, 64), (130, 71)]
 
@@ -84,6 +84,24 @@ def test_means_and_slopes_of_boxes(ctx, size):
         assert answer[0] == pytest.approx(height, abs=step_m)
         # half floats are off by at most half a step each; the posts are at least half a post apart
         assert np.all(np.abs(answer[1:] - slope) <= 2 * step_m / np.array(heightmap.spacing_m) + 1e-5)
+
+
+@pytest.mark.parametrize("units_m", [(0.0, 60.0), (-900.0, -880.0), (700.0, 760.0)])
+def test_means_and_slopes_far_beyond_the_units(ctx, units_m):
+    """Steps below the units are negative, and boxes have fewer posts, so that sums fit their words."""
+    heightmap = Heightmap(hills(300, 290), spacing_m=(30.0, 20.0))
+    heightmap.quantised_m = units_m
+    _, low_m, span_m = quantisation_range(*units_m)
+    most_m = max(heightmap.range_m[1], low_m + span_m) - min(heightmap.range_m[0], low_m)
+    questions = queries(300, 290, 100, 250.0 * np.sqrt(span_m / most_m) - 1e-3)
+    exact = [reference.relief(heightmap.heights, q[:2], q[2:], heightmap.spacing_m)[0] for q in questions.astype(float)]
+    assert ask_relief(ctx, heightmap, "relief_of_sums(0, a.xy, a.zw)", questions)[:, 0] == pytest.approx(
+        exact, abs=0.01
+    )
+    whole = np.float32([[145, 150, 250, 250]])  # the middle of the box
+    side = 250.0 * np.sqrt(span_m / most_m)
+    middle = reference.relief(heightmap.heights, (145.0, 150.0), (side, side), heightmap.spacing_m)[0]
+    assert ask_relief(ctx, heightmap, "relief_of_sums(0, a.xy, a.zw)", whole)[0, 0] == pytest.approx(middle, abs=0.01)
 
 
 def test_boxes_stay_exact_far_into_a_large_map(ctx):

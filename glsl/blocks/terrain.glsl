@@ -19,6 +19,7 @@ layout(std140, binding = 0) uniform Terrain {
     float u_low_m;         // low end of the quantisation range
     float u_span_m;        // width of the quantisation range
     int u_has_voids;
+    vec2 u_beyond_m;       // how far edits went below and above the quantisation range
     // x: octaves from the span down to the first narrow class; y, z, w: octaves of one class above the narrow classes,
     // of a narrow class, and of one class below the narrow classes
     vec4 u_class_octaves;
@@ -48,9 +49,14 @@ uint marks_at(ivec2 post) { return texelFetch(u_marks, post, 0).x; }
 uint marks_at(ivec2 post);
 #endif
 
+// All heights lie between these two. So no error is larger than most_m().
+float lowest_m() { return u_low_m - u_beyond_m.x; }
+float highest_m() { return u_low_m + u_span_m + u_beyond_m.y; }
+float most_m() { return u_span_m + (u_beyond_m.x + u_beyond_m.y); }
+
 // What rounding adds to the error of a mesh with vertices between posts. Their heights are interpolated between two
 // interpolated heights, and each rounds twice. A 16th of that is for the cell's twist: docs/guarantee.md, section 7.
-float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) * (exp2(-22.0) + exp2(-26.0)); }
+float rounding_between_m() { return max(abs(lowest_m()), abs(highest_m())) * (exp2(-22.0) + exp2(-26.0)); }
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
 #ifdef NO_VOIDS
@@ -81,10 +87,13 @@ float twist_m(ivec2 cell) {
 }
 
 // Lowest and highest height of a node, from a word of pack_range() (error/nodes.glsl): 16 bits each, the lowest low.
-// In a node with voids, the two are exchanged. pack_range() makes them differ, so this needs no bit.
+// In a node with voids, the two are exchanged. pack_range() makes them differ, so this needs no bit. The first and the
+// last step also stand for all heights beyond the quantisation range.
 vec2 unpack_range(uint range) {
     vec2 ends = vec2(range & 0xffffu, range >> 16);
-    return vec2(min(ends.x, ends.y), max(ends.x, ends.y)) / 65535.0 * u_span_m + u_low_m;
+    vec2 steps = vec2(min(ends.x, ends.y), max(ends.x, ends.y));
+    vec2 beyond_m = vec2(-u_beyond_m.x, u_beyond_m.y) * vec2(equal(steps, vec2(0.0, 65535.0)));
+    return steps / 65535.0 * u_span_m + u_low_m + beyond_m;
 }
 
 // --- Error classes: docs/guarantee.md, section 3 ---

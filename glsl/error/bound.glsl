@@ -1,26 +1,22 @@
 // error/bound.glsl — the bound of any rectangle of cells, from summed-area tables, in four fetches.
 //   Maximum: if the count of class c over the rectangle is zero, no tile of it is above this class (integral histogram,
 //   Porikli 2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
-//   Sum of squares: the box sum itself, exact.
 //   The entries are for tiles of 2^tile_log2() nodes a side. A rectangle is widened to whole tiles. Counters of 8 bits
 //   are exact for boxes of up to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. The error of a part is |t|/(4 n²),
 //   where t is the twist of the cell. So the table of level 0 is used with n² times the tolerance.
-// Provides is_within_m(), largest_m(), squares_m2(), and range[].
-// Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
+// Provides is_within_m(), largest_m(), and range[].
+// Python twins: reference.bound_max_m, reference.class_tables
 
 #include "blocks/terrain.glsl"
 #include "sat/box.glsl"
 
 layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
-layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };  // of heights, a word for each node
 
 #define COUNTER(i) counter[i]
-#define SQUARE(i) square[i]
 
 BOX_SUM(count_sum, uint, COUNTER, sub8)
-BOX_SUM(square_sum, uvec2, SQUARE, sub64)
 
 // The tiles of a level over a rectangle of posts: first column and row, then the column and row after the last.
 ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
@@ -30,9 +26,9 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
 }
 
 // The class with the largest limit that is not above an error; -1 if even the last limit is above it, -2 if the error
-// is the span or more. Rounding may give a class whose limit is too large, hence the check.
+// is as large as any. Rounding may give a class whose limit is too large, hence the check.
 int class_within(float error_m) {
-    if (error_m >= u_span_m) return -2;
+    if (error_m >= most_m()) return -2;
     int c = max(0, int(ceil(class_of_octave(log2(u_span_m / error_m)))));
     if (class_limit_m(c) * (1.0 + exp2(-18.0)) > error_m) c++;
     return c < CLASSES ? c : -1;
@@ -60,7 +56,7 @@ bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     return none_above(counts, tiles, c);
 }
 
-// The smallest bound that the tables certify for such a rectangle: the limit of a class, or the span.
+// The smallest bound that the tables certify for such a rectangle: the limit of a class, or the largest error of all.
 float largest_m(ivec2 low, ivec2 end, int step_log2) {
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
@@ -71,17 +67,8 @@ float largest_m(ivec2 low, ivec2 end, int step_log2) {
         else beyond = c;
     }
     // exp2() may round differently here
-    float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
+    float error_m = sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
-}
-
-// Sum of the squared errors of such cells.
-float squares_m2(ivec2 low, ivec2 end, int step_log2) {
-    Table table;
-    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), table);
-    table.first /= uint(CLASSES / 4);
-    float sum = word_float(square_sum(table, 0, tiles.xy, tiles.zw)) * exp2(-35.0) * u_span_m * u_span_m;
-    return step_log2 < 0 ? sum * exp2(4.0 * float(step_log2)) : sum;
 }
 #else
 #include "pages/bound.glsl"

@@ -15,7 +15,9 @@ void main() {
     uvec2 squares = uvec2(g.squares[0], g.squares[1]);
     CellErrors errors;
     errors.max_m = uintBitsToFloat(g.max_m);
-    errors.squares_m2 = word_float(squares) * exp2(-35.0) * u_span_m * u_span_m;
+    float span_m2 = u_span_m * u_span_m, most_m2 = own_posts(u_which_level, at) * errors.max_m * errors.max_m;
+    bool overflows = errors.max_m > u_span_m && most_m2 > exp2(26.0) * span_m2;  // the sum is at most 4 most_m2
+    errors.squares_m2 = overflows ? most_m2 : word_float(squares) * exp2(-35.0) * span_m2;
     errors.voids = g.voids;
     write_record(at, node_at(u_which_level, at), errors);
 }

@@ -28,8 +28,8 @@ float sun_on_water(vec2 post, float level_m) {
     vec2 towards = vec2(sun.x, -sun.y) / level / u_spacing_m;  // posts per metre along the ground
     towards = mix(towards, vec2(1e-9), lessThan(abs(towards), vec2(1e-9)));
     vec2 a = -post / towards, b = (vec2(u_last_post) - post) / towards, first = min(a, b), last = max(a, b);
-    float from_m = max(max(first.x, first.y), 0.0), highest_m = u_low_m + u_span_m - level_m;
-    float to_m = min(min(last.x, last.y), highest_m / rise), step_m = (to_m - from_m) / float(SHADOW_STEPS);
+    float from_m = max(max(first.x, first.y), 0.0), above_m = highest_m() - level_m;
+    float to_m = min(min(last.x, last.y), above_m / rise), step_m = (to_m - from_m) / float(SHADOW_STEPS);
     if (step_m <= 0.0) return 1.0;
     float clear = 1e30;  // smallest tangent of an angle between the sun and the land below it
     for (int i = 0; i < SHADOW_STEPS; i++) {

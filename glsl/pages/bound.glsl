@@ -9,8 +9,7 @@
 //       2 M_A + M_B ≤ 3 max M.
 //       Records say nothing of holes: a node with a hole has no such bound until all pages over the box are loaded.
 //   The proof: docs/stores.md.
-// Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables,
-// reference.box_sum
+// Provides is_within_m(), largest_m().   Python twins: reference.bound_max_m, reference.class_tables
 
 #define PAGE_WORDS ((CLASSES / 4) * (PAGE >> COUNT_TILE_LOG2) * (PAGE >> COUNT_TILE_LOG2))
 
@@ -47,7 +46,7 @@ float largest_of_level_m(ivec2 low, ivec2 end, int level) {
         if (none_above_in_pages(level, nodes, c)) sure = c;
         else beyond = c;
     }
-    return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
+    return sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
 }
 
 // Whether a node of the box has a hole. All pages of this level over the box must be loaded.
@@ -69,9 +68,9 @@ bool has_holes(ivec2 low, ivec2 end, int level) {
 float largest_of_coarse_m(ivec2 low, ivec2 end, int from, int level, bool is_mixed) {
     float worst_m = largest_of_level_m(low, end, level);
     if (!is_mixed) return worst_m;
-    if (has_holes(low, end, level)) return u_span_m;
+    if (has_holes(low, end, level)) return most_m();
     for (int finer = from; finer < level; finer++) worst_m = max(worst_m, largest_of_level_m(low, end, finer));
-    return min(3.0 * worst_m, u_span_m);
+    return min(3.0 * worst_m, most_m());
 }
 
 bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
@@ -88,25 +87,4 @@ float largest_m(ivec2 low, ivec2 end, int step_log2) {
     if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed);
     float error_m = largest_of_level_m(low, end, level);
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
-}
-
-float squares_m2(ivec2 low, ivec2 end, int step_log2) {
-    bool is_mixed;
-    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
-    if (level > from) {
-        vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
-        float worst_m = largest_of_coarse_m(low, end, from, level, is_mixed);
-        return worst_m * worst_m * cells.x * cells.y;
-    }
-    ivec4 nodes = nodes_over(low, end, level);
-    uvec2 total = uvec2(0u);
-    for (int y = nodes.y >> PAGE_LOG2; y <= nodes.w >> PAGE_LOG2; y++)
-        for (int x = nodes.x >> PAGE_LOG2; x <= nodes.z >> PAGE_LOG2; x++) {
-            Table table = counts_of_page(slot_of(level, ivec2(x, y)), level);
-            table.first /= uint(CLASSES / 4);
-            ivec4 tiles = tiles_in_page(nodes, ivec2(x, y), level);
-            total = add64(total, square_sum(table, 0, tiles.xy, tiles.zw));
-        }
-    float sum = word_float(total) * exp2(-35.0) * u_span_m * u_span_m;
-    return step_log2 < 0 ? sum * exp2(4.0 * float(step_log2)) : sum;
 }

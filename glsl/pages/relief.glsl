@@ -29,7 +29,7 @@ vec2 step_around(int level, vec2 post, vec2 extent) {
 // w_l: the share of a level in the relief of a box; places and extents are in steps of that level.
 float share_of(int level, vec2 at, vec2 extent) {
     // Half the side of the box of posts that are read.
-    vec2 reach = 0.5 * max(min(extent, LARGEST_BOX_POSTS), 2.0) + 1.5, last = vec2(last_of(level));
+    vec2 reach = 0.5 * max(min(extent, largest_box_posts()), 2.0) + 1.5, last = vec2(last_of(level));
     ivec2 low = page_at(level, ivec2(clamp(at - reach - FADE, vec2(0.0), last)));
     ivec2 high = page_at(level, ivec2(clamp(at + reach + FADE, vec2(0.0), last)));
     float share = 1.0;

@@ -80,7 +80,7 @@ Ground footprint_at(vec2 post) {
     vec3 ray = direction_to(place_m), normal = seen_normal(rough_relief(post, around).slope, place_m);
     g.u = slide_to_ground(u_right.xyz * (pixel_m / u_aspect), ray, normal);
     g.v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
-    g.extent = clamp(sqrt(g.u * g.u + g.v * g.v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
+    g.extent = clamp(sqrt(g.u * g.u + g.v * g.v), vec2(1e-4), vec2(largest_box_posts()));
     return g;
 }
 
@@ -109,7 +109,7 @@ Ground ground_under(Ground g, vec2 post, Ray ray) {
 
 // The part of the footprint that one sample sees, on a plane with the slope of the whole footprint.
 vec2 part_on_plane(Ground g, vec2 post, Ray ray) {
-    vec2 sides = min(PART * g.extent, LARGEST_BOX_POSTS);
+    vec2 sides = min(PART * g.extent, largest_box_posts());
     float h_m = rough_relief(post, sides).height_m;
     return clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));
 }

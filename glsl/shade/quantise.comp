@@ -1,4 +1,5 @@
-// shade/quantise.comp — heights as 16-bit steps of the map's span, as values to be summed.
+// shade/quantise.comp — heights as steps, as values to be summed: the quantisation range has 65,535 steps.
+//   Beyond this range, steps are negative or larger; sums wrap.
 //   A step is a difference, a product and a rounding to even. So the bits are the same on every GPU, and in pages.
 // Python twin: terrain.steps_of
 
@@ -16,5 +17,5 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row);
     if (at.x >= u_count.x) return;
     precise float steps = (height_m(u_first + at) - u_low_m) * u_steps_per_m;
-    word[at.y * u_count.x + at.x] = uint(clamp(roundEven(steps), 0.0, 65535.0));
+    word[at.y * u_count.x + at.x] = uint(int(roundEven(steps)));
 }

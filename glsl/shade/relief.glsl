@@ -20,14 +20,20 @@
 #include "shade/posts.glsl"
 #include "shade/kind.glsl"
 
-#define LARGEST_BOX_POSTS 250.0  // sums of 65,536 texels are exact; this leaves room for the rims
 #define FINEST_BOX_POSTS 1.5     // boxes up to this size use the spline alone
+
+// Sums of 65,536 texels are exact; 250 a side leave room for the rims. After edits beyond the quantisation range, sums
+// of fewer texels are.
+float largest_box_posts() { return 250.0 * sqrt(u_span_m / most_m()); }
 
 // The unit of the summed heights: the map's span has 65,535 steps. The rounding error of a mean over a box is at most
 // half a step, and much less if the terrain crosses many steps.
 float step_m() { return u_span_m / 65535.0; }
 
-float m_from_steps(float steps) { return u_low_m + steps * step_m(); }
+// Edits may go below the quantisation range. Steps are summed from there on, so that no sum is negative.
+uint steps_below() { return uint(ceil(u_beyond_m.x / step_m())); }
+
+float m_from_steps(float steps) { return u_low_m + (steps - float(steps_below())) * step_m(); }
 
 struct Relief {
     float height_m;
@@ -42,6 +48,7 @@ void sums_on(int level, int x[6], int y[6], out uint sum[36]) {
         for (int j = 0; j < 6; j++)
             for (int i = 0; i < 6; i++) sum[6 * j + i] += sum_in(part, x[i], y[j]);
     } while (next_part(part));
+    for (int k = 0; k < 36; k++) sum[k] += steps_below() * uint(x[k % 6] * y[k / 6]);
 }
 
 // Sums along a row of words, relative to the western side and to row 0, interpolated to the three sides a, b, c.
@@ -73,7 +80,7 @@ float stairs_mean(vec3 x) {
 
 Relief relief_of_sums(int level, vec2 post, vec2 extent) {
     ivec2 end = last_of(level) + 1;
-    vec2 half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
+    vec2 half_extent = 0.5 * min(extent, largest_box_posts());
     vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), vec2(end));
     vec2 c = clamp(post + 0.5 + half_extent, vec2(0.0), vec2(end));
     vec3 xs = vec3(a.x, 0.5 * (a.x + c.x), c.x), ys = vec3(a.y, 0.5 * (a.y + c.y), c.y);
@@ -144,11 +151,14 @@ uint box_sum_in(Part part, ivec2 a, ivec2 b) {
     return (sum_in(part, b.x, b.y) - sum_in(part, a.x, b.y)) - (sum_in(part, b.x, a.y) - sum_in(part, a.x, a.y));
 }
 
-float mean_m(uint sum, ivec2 a, ivec2 b) { return m_from_steps(float(sum) / (float(b.x - a.x) * float(b.y - a.y))); }
+float mean_m(uint sum, ivec2 a, ivec2 b) {
+    int posts = (b.x - a.x) * (b.y - a.y);
+    return m_from_steps(float(sum + steps_below() * uint(posts)) / float(posts));
+}
 
 // The relief over a box of whole posts, where the result need not be smooth.
 Relief rough_relief_on(int level, vec2 post, vec2 extent) {
-    ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0));
+    ivec2 half_extent = ivec2(max(round(0.5 * min(extent, largest_box_posts())), 1.0));
     ivec2 m = ivec2(post + 0.5);
     ivec2 end = last_of(level) + 1;
     ivec2 a = clamp(m - half_extent, ivec2(0), end - 2), c = clamp(m + half_extent, a + 2, end);

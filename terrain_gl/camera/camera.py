@@ -340,7 +340,7 @@ def depth_span_m(camera: Camera, heightmap: Heightmap) -> float:
     """For an orthographic camera: a view depth beyond all land. For others 0."""
     if not camera.is_orthographic:
         return 0.0
-    (east, north), (low, high) = heightmap.extent_m, heightmap.quantised_m
+    (east, north), (low, high) = heightmap.extent_m, heightmap.range_m
     corners = np.array(np.meshgrid([0.0, east], [0.0, north], [low, high])).reshape(3, -1).T - camera.eye
     margin_m = 0.01 * math.hypot(east, north, high - low)  # the surface may be drawn a little higher or lower
     return max(float((corners @ camera.axes[2]).max()), 0.0) + margin_m

@@ -42,7 +42,7 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
 def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
     """Time brush dabs at random places, and some in the middle of the map, where they change nodes of every level.
 
-    The dabs stay within the map's range of heights, and are undone at the end. docs/stats.md describes the result.
+    The dabs are undone at the end. docs/stats.md describes the result.
     """
     heightmap = renderer.heightmap
     finish = renderer.ctx.finish
@@ -51,7 +51,6 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     rng = np.random.default_rng(0)
     sculptor = Sculptor(renderer)
     places = rng.random((count, 2)) * (east, north)
-    renderer.editor.make_headroom(up_m=0.1 * (high - low), down_m=0.1 * (high - low))
     # warm up: shaders are compiled before anything is timed
     sculptor.dab(Brush("raise", min(heightmap.spacing_m), 0.01), *places[0])
     times = []
@@ -79,7 +78,6 @@ def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: 
     heightmap = renderer.heightmap
     sculptor = Sculptor(renderer)
     relief_m = heightmap.range_m[1] - heightmap.range_m[0]
-    renderer.editor.make_headroom(0.1 * relief_m, 0.1 * relief_m)
     poses = list(tour(heightmap).poses(frames))
     dabs = [Brush(tool, 16 * max(heightmap.spacing_m), 0.005 * relief_m) for tool in ("raise", "lower")]
 

@@ -52,6 +52,8 @@ TERRAIN = np.dtype(
         ("low_m", "f4"),
         ("span_m", "f4"),
         ("has_voids", "i4"),
+        ("beyond_m", "2f4"),
+        ("pad", "2f4"),
         ("class_octaves", "4f4"),
         ("level", LEVEL, MAX_LEVELS),
     ]

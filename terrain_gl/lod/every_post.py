@@ -110,7 +110,8 @@ class EveryPost(PatchSurface):
         self._corners.write(corners.tobytes())
         own = {"Corners": self._corners, "Found": self._found}
         asked = {"squares": len(corners), "side_log2": side_log2}
-        self._pass.run((-(-len(corners) // _GROUP),), {**self.resources, **self.tables.resources, **own}, asked)
+        tables = {"Counters": self.tables.counters, "Ranges": self.tables.ranges}
+        self._pass.run((-(-len(corners) // _GROUP),), {**self.resources, **tables, **own}, asked)
         self.ctx.memory_barrier(BARRIER)
         cells, bound_px = np.frombuffer(self._found.read(8 * len(corners)), "f4").reshape(-1, 2).T
         return cells, bound_px

@@ -101,7 +101,7 @@ def rings_in_picture(
     while needed > 1:  # land beyond a ring is also beyond all finer ones
         if strips := rings[needed - 2].beyond((last_col, last_row)):
             west, north, east, south = np.array(strips).T
-            low_m, high_m = (np.full(len(strips), at) for at in heightmap.quantised_m)
+            low_m, high_m = (np.full(len(strips), at) for at in heightmap.range_m)
             low = np.stack([dx * west, dy * (last_row - south), low_m], 1)
             high = np.stack([dx * east, dy * (last_row - north), high_m], 1)
             if boxes_in_picture(camera, size, near_m, low, high).any():

@@ -43,7 +43,7 @@ def record_steps(
     heights
         (rows, cols) float32 metres, voids filled; the first post is a corner of all levels' nodes.
     range_m
-        Lowest and highest height of the whole map.
+        `quantised_m` of the whole map, for the units of its tables.
     void
         (rows, cols) bool, the posts that are voids; None if there are no voids.
     """

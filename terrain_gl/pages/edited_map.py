@@ -19,7 +19,7 @@ from ..basics.exceptions import TerrainError
 from ..basics.rect import Area, span_of
 from ..gpu.layout import VOID, WET
 from ..heightmap import MAX_HEIGHT_M
-from ..terrain import quantisation_range, widened_range
+from ..terrain import quantisation_range, units_hold
 from .edited_records import EditedRecords
 from .map import Page, PagedHeights, PagedMap, PageKey
 from .sheet import Sheet
@@ -56,7 +56,6 @@ class EditedMap(PagedMap):
         self._records = EditedRecords(base.tile, base.top, self._last, _scale(base))
         self._roots: dict[PageKey, Page] = {}
         self._versions: dict[PageKey, int] = {}
-        self._epoch = 0  # number of the last change that changed all pages
         self.edits = self.changes = 0
         self.saved_as = ""
         self.wide: dict[Square, int] = {}
@@ -112,7 +111,6 @@ class EditedMap(PagedMap):
         where = slice(y + rows.start, y + rows.stop), slice(x + cols.start, x + cols.stop)
         self._check(new, where)
         self._keep_roots()
-        self._widen_range(float(new.min()), float(new.max()))
         self.edits = self.edits + 1
         self.changes = self.changes + 1
         self.saved_as = ""
@@ -129,6 +127,12 @@ class EditedMap(PagedMap):
         low, high = float(new.min()), float(new.max())
         if max(-low, high) > MAX_HEIGHT_M:
             raise TerrainError(f"{self.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}")
+        range_m = min(self.range_m[0], low), max(self.range_m[1], high)
+        if not units_hold(self.quantised_m, range_m):
+            raise TerrainError(
+                f"{self.name}: heights from {low:.9g} to {high:.9g} m are too far from those of the store, "
+                f"{self.base.range_m[0]:.9g} to {self.base.range_m[1]:.9g} m: build it again from the edited map"
+            )
         levels = range(self.top + 1)
         more = sum(self._heights[level].bytes_for(self._lattice(where, level)) for level in levels)
         more += sum(self._records.bytes_for(level, self._nodes_at(where, level)) for level in levels[1:])
@@ -137,6 +141,7 @@ class EditedMap(PagedMap):
                 f"{self.name}: its edits need more than {self.memory_bytes >> 20} MiB: save them, and build the store "
                 "again, or give more --memory"
             )
+        self.range_m = range_m
 
     def _write_level(self, level: int, where: Area, old: np.ndarray, new: np.ndarray, edits: np.ndarray) -> None:
         posts = self._lattice(where, level)
@@ -158,16 +163,6 @@ class EditedMap(PagedMap):
             if key not in self._roots:
                 self._roots[key] = self.base.page(key)
 
-    def _widen_range(self, low: float, high: float) -> None:
-        """Widen the range of heights; if they leave the quantisation range, all records are converted."""
-        self.range_m = min(self.range_m[0], low), max(self.range_m[1], high)
-        ends_m = self.scale.low_m, self.scale.low_m + self.scale.span_m
-        if ends_m[0] <= low and high <= ends_m[1]:
-            return
-        self.quantised_m = widened_range((low, high), self.quantised_m, ends_m)
-        self._records.rescale(self.scale)
-        self._epoch = self.changes + 1
-
     # --- What was edited ----------------------------------------------------------------------------------------------
 
     def _lattice(self, where: Area, level: int) -> Area:
@@ -187,7 +182,7 @@ class EditedMap(PagedMap):
 
     def version(self, key: PageKey) -> int:
         """The number of the last change of a page."""
-        return max(self._epoch, self._versions.get(key, 0))
+        return self._versions.get(key, 0)
 
     def is_wide(self, key: PageKey) -> bool:
         """Whether bounds of a page are wide: they will be smaller when its records are computed anew."""
@@ -249,7 +244,7 @@ class EditedMap(PagedMap):
         marks = None if page.marks is None else self._dried(page.marks, level, posts)
         if level == 0:
             return page._replace(heights=heights, marks=marks)
-        errors, ranges = self._records.of(page, level, (rows, cols))
+        errors, ranges = self._records.of(page, level, (rows, cols), self.range_m[1] - self.range_m[0])
         return Page(heights, errors, ranges, marks)
 
     def lattice_heights(self, level: int, rows: slice, cols: slice) -> np.ndarray:

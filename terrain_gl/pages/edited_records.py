@@ -6,7 +6,7 @@ from ..basics.rect import Area, span_of
 from ..gpu.packing import STEPS, pack_range
 from .map import Page
 from .sheet import Sheet
-from .widening import Moves, Scale, rescaled, rescaled_ranges, widened
+from .widening import Moves, Scale, widened
 
 UNKNOWN = 0xFFFFFFFF  # no record was computed anew
 # Of each node: its moves (`Moves`), its record if it was computed anew, and its range. Without such a record, the range
@@ -24,7 +24,6 @@ class EditedRecords:
 
     def __init__(self, tile: int, top: int, last: tuple[int, int], scale: Scale) -> None:
         self._last = last
-        self._base_scale = scale
         self._scale = scale
         self._sheets = [Sheet(tile, _UNEDITED, _EDITED) for _ in range(top + 1)]
 
@@ -45,17 +44,6 @@ class EditedRecords:
             entries["vertices"] += moved.vertices[part]
             entries["low"] = np.minimum(entries["low"], low[part])
             entries["high"] = np.maximum(entries["high"], high[part])
-
-    def rescale(self, scale: Scale) -> None:
-        """Convert everything to another quantisation range."""
-        for sheet in self._sheets:
-            for tile in sheet.tiles.values():
-                errors = rescaled(tile["errors"], self._scale, scale)
-                tile["errors"] = np.where(tile["errors"] == UNKNOWN, UNKNOWN, errors)
-                ranges = np.stack([tile["low"], tile["high"]])
-                is_range = ranges[0] <= ranges[1]
-                tile["low"], tile["high"] = np.where(is_range, rescaled_ranges(ranges, self._scale, scale), ranges)
-        self._scale = scale
 
     def note_exact(self, level: int, area: Area, errors: np.ndarray, ranges: np.ndarray) -> Area | None:
         """Store exact records of all nodes of an area, computed from the present heights: their words, and ranges.
@@ -82,19 +70,20 @@ class EditedRecords:
         entries = self._sheets[level].get(area)
         return np.zeros((1, 1), bool) if entries is None else np.asarray(entries["truth"] > 0)
 
-    def of(self, page: Page, level: int, area: Area) -> tuple[np.ndarray, np.ndarray]:
-        """Records and ranges of a page's nodes with all edits; `area` is the rows and columns of these nodes."""
+    def of(self, page: Page, level: int, area: Area, most_m: float) -> tuple[np.ndarray, np.ndarray]:
+        """Records and ranges of a page's nodes with all edits; `area` is the rows and columns of these nodes.
+
+        No error is above `most_m`.
+        """
         errors = page.errors
         ranges = page.ranges
-        if self._scale != self._base_scale:
-            errors = rescaled(errors, self._base_scale, self._scale)
-            ranges = rescaled_ranges(ranges, self._base_scale, self._scale)
         entries = self._sheets[level].get(area)
         if entries is None:
             return errors, ranges
         is_exact = entries["errors"] != UNKNOWN
         errors = np.where(is_exact, entries["errors"], errors)
-        errors = widened(errors, entries["truth"], entries["vertices"], self._squares(level, area), level, self._scale)
+        moved, whole = (entries["truth"], entries["vertices"]), self._squares(level, area)
+        errors = widened(errors, *moved, whole, level, self._scale, most_m)
         low = np.where(is_exact, entries["low"], np.minimum(ranges[0], entries["low"]))
         high = np.where(is_exact, entries["high"], np.maximum(ranges[1], entries["high"]))
         return errors, np.stack([low, high])

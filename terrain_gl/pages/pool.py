@@ -32,7 +32,7 @@ class PagePool:
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
         self.ctx = ctx
         self.heightmap = heightmap
-        self.base_m, self._low_m, self.span_m = quantisation_range(*heightmap.quantised_m)
+        self.base_m, _, self.span_m = quantisation_range(*heightmap.quantised_m)
         self.top_level = heightmap.top
         self.numbering = heightmap.numbering
         self._make_tables()
@@ -291,7 +291,7 @@ class PagePool:
         return slots, across
 
     def _describe(self) -> np.ndarray:
-        block = block_of(self.heightmap, self.top_level, self._low_m - self.base_m, self.span_m)
+        block = block_of(self.heightmap, self.top_level)
         for level in range(self.top_level + 1):
             block["level"][level]["size"] = self.heightmap.nodes(level)[::-1]
             block["level"][level]["first_page"] = self.numbering.first[level]

@@ -18,12 +18,11 @@ from .map import PageKey
 
 
 class Rebuild(NamedTuple):
-    """A square, the map that it is in, and the last edit that touched it; then its records, in a quantisation range."""
+    """A square, the map that it is in, and the last edit that touched it; then its records."""
 
     heightmap: EditedMap
     square: Square
     edit: int
-    range_m: tuple[float, float]
     levels: Future[list[Records]]
 
 
@@ -50,8 +49,8 @@ class Rebuilder:
         """Begin the next wide square of a map, unless the thread is busy."""
         if self._job is None and heightmap.wide:
             square = min(heightmap.wide)
-            levels = self._thread.submit(self._computed, heightmap, square, heightmap.quantised_m)
-            self._job = Rebuild(heightmap, square, heightmap.wide[square], heightmap.quantised_m, levels)
+            levels = self._thread.submit(self._computed, heightmap, square)
+            self._job = Rebuild(heightmap, square, heightmap.wide[square], levels)
             self.failed = ""
 
     def wait(self, seconds: float) -> None:
@@ -68,7 +67,7 @@ class Rebuilder:
         if error := job.levels.exception():
             self.failed = reason_of(error)
             return []
-        is_old = heightmap.wide.get(job.square) != job.edit or heightmap.quantised_m != job.range_m
+        is_old = heightmap.wide.get(job.square) != job.edit
         return [] if job.heightmap is not heightmap or is_old else heightmap.take(job.square, job.levels.result())
 
     def release(self) -> None:
@@ -77,7 +76,7 @@ class Rebuilder:
         self._thread.submit(release_context)
         self._thread.shutdown()
 
-    def _computed(self, heightmap: EditedMap, square: Square, range_m: tuple[float, float]) -> list[Records]:
+    def _computed(self, heightmap: EditedMap, square: Square) -> list[Records]:
         """The records of a square; none if the thread must end."""
         level, row, col = square
         sides = ((k << level, n) for k, n in zip((row, col), (heightmap.rows, heightmap.cols), strict=True))
@@ -85,7 +84,7 @@ class Rebuilder:
         heights = heightmap.lattice_heights(0, rows, cols)
         marks = heightmap.lattice_marks(0, rows, cols)
         void = None if marks is None else (marks & VOID) > 0
-        steps = record_steps(heights, heightmap.ground_spacing_m, range_m, level, void)
+        steps = record_steps(heights, heightmap.ground_spacing_m, heightmap.quantised_m, level, void)
         while not self._closed.is_set():
             try:
                 next(steps)

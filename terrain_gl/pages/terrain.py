@@ -1,6 +1,5 @@
 """A map of which only some tiles are on the GPU: pages, their edits, and the error tables of each page."""
 
-import math
 from collections.abc import Iterable
 from typing import cast
 
@@ -10,7 +9,6 @@ import numpy as np
 from ..basics.rect import Rect
 from ..gpu import gl, layout
 from ..gpu.passes import Resources
-from ..terrain import quantisation_range
 from .edited_map import EditedMap
 from .map import PagedMap, PageKey, above
 from .pool import PagePool
@@ -22,7 +20,6 @@ class PagedTerrain(PagePool):
     """A paged map on the GPU, and its edits. It takes the place of `Terrain`."""
 
     streams = True
-    headroom_m = math.inf, math.inf  # no limit: an edit beyond the quantisation range widens that range
 
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
         super().__init__(ctx, heightmap)
@@ -52,8 +49,7 @@ class PagedTerrain(PagePool):
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
         """Give the posts from column x and row y on new heights, (rows, cols); NaN leaves a post as it is.
 
-        The loaded pages have the new heights after `PagedTables.update`. If heights leave the quantisation range, only
-        the coarsest pages stay loaded.
+        The loaded pages have the new heights after `PagedTables.update`.
 
         Returns
         -------
@@ -66,9 +62,7 @@ class PagedTerrain(PagePool):
             return None
         self.heightmap = own
         self.edits = self.edits + 1
-        if quantisation_range(*own.quantised_m) != (self.base_m, self._low_m, self.span_m):
-            self._follow_range()
-            return self.all_posts
+        self.block.write(self._describe().tobytes())
         rows, cols = changed
         return cols.start, rows.start, cols.stop - 1, rows.stop - 1
 
@@ -103,15 +97,6 @@ class PagedTerrain(PagePool):
             more = level - other[0]
             if more >= 0 and (other[1] >> more, other[2] >> more) == (row, col):
                 self._remove(other)
-
-    def _follow_range(self) -> None:
-        """Follow a new quantisation range. The tables of all pages are in units of it, so they must be made again."""
-        self.base_m, self._low_m, self.span_m = quantisation_range(*self.heightmap.quantised_m)
-        self.block.write(self._describe().tobytes())
-        for key in list(self._hidden):
-            self.forget_hidden(key)
-        for key in sorted(self.slot_of.keys() - set(self.roots)):
-            self._remove(key)
 
 
 class PagedTables:

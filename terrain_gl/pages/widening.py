@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..gpu.packing import ERROR_UNIT, STEPS, pack_pair, pack_range, unpack_pair
+from ..gpu.packing import ERROR_UNIT, pack_pair, unpack_pair
 
 ROUNDED = 1 + 2.0**-15  # factor that covers rounding errors of float32
 
@@ -66,31 +66,26 @@ def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, las
 
 
 def widened(
-    words: np.ndarray, truth: np.ndarray, vertices: np.ndarray, square: np.ndarray, level: int, scale: Scale
+    words: np.ndarray,
+    truth: np.ndarray,
+    vertices: np.ndarray,
+    square: np.ndarray,
+    level: int,
+    scale: Scale,
+    most_m: float,
 ) -> np.ndarray:
     """First words of the nodes' records, widened so that they bound the errors after edits. Other nodes keep theirs.
 
     A word has the largest error in the low half, and the root mean square in the high half. `truth` and `vertices` are
-    as in `Moves`. `square` says which nodes lie wholly on the map.
+    as in `Moves`. `square` says which nodes lie wholly on the map. No error is above `most_m`.
     """
     most, rms = errors_m(words, scale)
     truth, vertices = (np.asarray(m, np.float64) * ROUNDED for m in (truth, vertices))
     more = truth + vertices
-    wide = np.minimum(most + more, scale.span_m)
+    wide = np.minimum(most + more, np.maximum(most, most_m))
     mean = np.sqrt((rms + 2.5 * more) ** 2 + 2.0 ** (1 - level) * most * truth)
     found = pack_pair((wide, np.where(square, np.minimum(mean, wide), wide)), scale.span_m)
     return np.where(more > 0, found, words)
-
-
-def rescaled(words: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
-    """First words of records in another quantisation range, rounded up."""
-    return pack_pair(errors_m(words, old), new.span_m)
-
-
-def rescaled_ranges(ranges: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
-    """Ranges (2, rows, cols) in another quantisation range, rounded outwards."""
-    low, high = ranges / STEPS * old.span_m + old.low_m
-    return pack_range(low, high, *new)
 
 
 def errors_m(words: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ LAST = 4
 # there to z + 7 at 60, and from there to z + 14 at 64. Most decisions are about errors below the width of 16 cells:
 #   z = max(2, log2(span / (16 √(s_x s_y))))
 # The box holds no such node if and only if its count is 0 (integral histogram, Porikli 2005). So
-#   M of the box ≤ limit(c),   c the last class with count 0;   and M ≤ span if there is none.
+#   M of the box ≤ limit(c),   c the last class with count 0;   and M ≤ most_m, the highest minus the lowest height, if there is none.
 
 
 def class_limits(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
@@ -28,12 +28,12 @@ def class_tables(errors: np.ndarray, limits_m: np.ndarray) -> list[np.ndarray]:
 
 
 def bound_max_m(
-    tables: list[np.ndarray], a: tuple[int, int], b: tuple[int, int], span_m: float, limits_m: np.ndarray
+    tables: list[np.ndarray], a: tuple[int, int], b: tuple[int, int], most_m: float, limits_m: np.ndarray
 ) -> float:
     """Bound of the maximum error in metres over a box of table entries, from a to b as in `box_sum`."""
     empty = [box_sum(table, a, b) == 0 for table in tables]
     sure = max((c for c in range(len(tables)) if empty[c]), default=None)
-    return span_m if sure is None else float(limits_m[sure])
+    return most_m if sure is None else float(limits_m[sure])
 
 
 # RMS of a box = √(Σ E / n),   E the squared error of each entry,   n the posts of the box

@@ -2,9 +2,9 @@
 
     heights → error tables → baselines → sums of heights → light
 
-The tables store heights and errors as fractions of a quantisation range (`terrain.quantisation_range`). The cost of an
-edit inside the range grows with its rectangle. An edit outside the range widens it and rebuilds everything.
-`Editor.headroom_steps` widens the range in advance, while the old tables stay in use.
+The tables store heights and errors in units that are chosen once, from the heights of the opened map
+(`heightmap.units_for`). They hold heights far beyond these (`terrain.units_hold`). So the cost of an edit grows with
+its rectangle, wherever the new heights are.
 """
 
 import os
@@ -13,14 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from ..basics.exceptions import TerrainError, UsageError
+from ..basics.exceptions import UsageError
 from ..basics.rect import Rect, hull
-from ..basics.steps import Steps, drain
+from ..basics.steps import Steps
 from ..files.edits import read_edits
 from ..gpu.session import in_session, steps_in_session
 from ..heightmap import real_heights
 from ..pages.edited_map import EditedMap
-from ..terrain import Terrain
 from .gpu_resources import GpuResources
 
 MOST_POSTS = 1 << 24  # most posts of a store that one edit may change
@@ -44,8 +43,7 @@ class Editor:
 
         The voids of a store do not change, and its bounds are wide until `rebuild_steps` (docs/stores.md).
 
-        The time grows with the rectangle, and with the part of the map south-east of it, where sums change. If heights
-        leave the quantisation range, everything is rebuilt: see `make_headroom`.
+        The time grows with the rectangle, and with the part of the map south-east of it, where sums change.
 
         Parameters
         ----------
@@ -62,8 +60,8 @@ class Editor:
         UsageError
             Heights of another shape, or not real numbers; posts beyond the map.
         TerrainError
-            Heights beyond `heightmap.MAX_HEIGHT_M`, or no post of the map would have a height. The map is then
-            unchanged.
+            Heights beyond `heightmap.MAX_HEIGHT_M`, or beyond what the tables of a store can hold, or no post of the
+            map would have a height. The map is then unchanged.
         """
         new = real_heights(heights, "edit")
         heightmap = self.resources.terrain.heightmap
@@ -126,76 +124,6 @@ class Editor:
         if self.resources.streaming:
             self._forget()
             yield from self.resources.streaming.rebuild_steps()
-
-    @property
-    def headroom_m(self) -> tuple[float, float]:
-        """How far edits may go below the lowest post and above the highest before everything is rebuilt, in metres."""
-        return self.resources.terrain.headroom_m
-
-    def make_headroom(self, up_m: float, down_m: float = 0.0) -> None:
-        """Prepare for edits up to `up_m` above the highest post and `down_m` below the lowest.
-
-        Edits are correct without this, but slower: the first edit copies the map, and an edit that leaves the
-        quantisation range rebuilds all tables. Exceptions are those of `headroom_steps`.
-        """
-        with self.session.turn():
-            drain(self.headroom_steps(up_m, down_m))
-
-    @steps_in_session
-    def headroom_steps(self, up_m: float, down_m: float = 0.0) -> Steps[None]:
-        """Incremental `make_headroom`; yields progress from 0 to 1, or nothing if there is enough headroom.
-
-        New tables are built while the old ones stay in use. Drawing between steps is allowed; an edit ends the work.
-
-        Raises
-        ------
-        UsageError
-            A number of metres that is negative or not finite.
-        TerrainError
-            The map was edited since the last step. The map is as the edit left it.
-        """
-        if not self.resources.streaming:  # a store needs no headroom in advance
-            yield from self._take_steps(self.resources.terrain.with_headroom(up_m, down_m))
-
-    @steps_in_session
-    def range_steps(self, quantised_m: tuple[float, float]) -> Steps[None]:
-        """Remove headroom in steps, as `headroom_steps` adds it; `quantised_m`: earlier `Heightmap.quantised_m`."""
-        if not self.resources.streaming:
-            yield from self._take_steps(self.resources.terrain.with_range(quantised_m))
-
-    def _take_steps(self, terrain: Terrain | None) -> Steps[None]:
-        """Build tables for the same map with another quantisation range, then use both."""
-        if terrain is None:
-            return
-        mine = self.resources.terrain
-        edits = mine.edits
-        tables = None
-        try:
-            yield 0.0
-            tables = self.resources.tables.empty_for(terrain)
-            yield 0.0
-            for share in tables.build_steps():
-                self._check_unedited(edits)
-                self.session.ctx.finish()  # a step ends when the GPU has finished it
-                yield 0.9 * share
-            self._check_unedited(edits)
-            moved = terrain.base_m != mine.base_m  # heights are relative to this base
-            mine.swap(terrain)
-            self.resources.tables.swap(tables)
-        finally:  # after `swap`, these objects hold the old tables; after a failure, the unfinished ones
-            terrain.release()
-            if tables:
-                tables.release_tables()
-        self._forget()
-        if moved:
-            self.resources.selectors.update(mine.all_posts)
-        self.resources.picture.update(mine.all_posts)
-        self.resources.picture.settle(mine.all_posts, moved=moved)
-        yield 1.0
-
-    def _check_unedited(self, edits: int) -> None:
-        if self.resources.terrain.edits != edits:  # else parts of the new tables would have the old heights
-            raise TerrainError("the map was edited while headroom was made for edits: begin again")
 
 
 def _span(n: int, which: Any, name: str) -> slice:

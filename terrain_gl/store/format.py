@@ -29,7 +29,7 @@ from ..readers.georeference import Georeference, Grid
 from .pyramid import StoreSizes
 
 INSTALL = "pip install 'terrain-gl[store]'"
-VERSION = 8
+VERSION = 9
 _KEY = "terrain_gl"
 _SEAL = "description_sha256"
 _UNSEALED = "0" * 64

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..heightmap import units_for
 from ..pages.map import Page, PagedHeights, PagedMap, PageKey
 from .format import Arrays, georeference_of, mending, pyramid_of, read_about
 from .pyramid import area
@@ -33,7 +34,8 @@ class StoredMap(PagedMap):
         self.tile = self.arrays.pyramid.tile
         self.top = self.arrays.pyramid.top
         self.spacing_m = about["spacing_m"][0], about["spacing_m"][1]
-        self.range_m = self.quantised_m = about["range_m"][0], about["range_m"][1]
+        self.range_m = about["range_m"][0], about["range_m"][1]
+        self.quantised_m = units_for(self.range_m, self.spacing_m)
         self.georeference = georeference_of(about)
         self.look = about["look"]
         self.assumes_spacing = about["assumes_spacing"]

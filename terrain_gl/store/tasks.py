@@ -25,7 +25,7 @@ from ..basics.exceptions import TerrainError
 from ..basics.rect import Area, tiles_over
 from ..basics.steps import drain
 from ..gpu.layout import VOID
-from ..heightmap import MAX_HEIGHT_M
+from ..heightmap import MAX_HEIGHT_M, units_for
 from ..pages.crop import APRON, Records, record_steps
 from ..pages.marks import coarser, marks_of_cells
 from . import voids, water
@@ -159,7 +159,8 @@ def measure(job: BuildJob, task: Task) -> dict[str, Any]:
     arrays = job.arrays
     posts = area(pyramid.posts(0), pyramid.shard, task.at, beyond=APRON)
     void = (arrays.read("marks", 0, posts) & VOID) > 0 if job.is_marked else None
-    found = drain(record_steps(arrays.read("heights", 0, posts), job.spacing_m, job.range_m, pyramid.top, void))
+    heights, units_m = arrays.read("heights", 0, posts), units_for(job.range_m, job.spacing_m)
+    found = drain(record_steps(heights, job.spacing_m, units_m, pyramid.top, void))
     part: dict[str, np.ndarray] = {}
     noted: dict[str, Any] = {"checks": []}
     for level, records in enumerate(found, 1):

@@ -5,6 +5,6 @@ filling    voids are filled smoothly from their rim
 water      which posts are lakes or the sea
 """
 
-from .terrain import Terrain, block_of, quantisation_range, sea_of, steps_of, steps_per_m, widened_range
+from .terrain import Terrain, block_of, quantisation_range, sea_of, steps_of, steps_per_m, units_hold
 
-__all__ = ["Terrain", "block_of", "quantisation_range", "sea_of", "steps_of", "steps_per_m", "widened_range"]
+__all__ = ["Terrain", "block_of", "quantisation_range", "sea_of", "steps_of", "steps_per_m", "units_hold"]

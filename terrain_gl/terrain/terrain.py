@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from copy import copy
 from types import MappingProxyType
 from typing import NamedTuple
 
 import moderngl
 import numpy as np
 
-from ..basics.exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError
 from ..basics.rect import Area, Rect
 from ..gpu import gl, layout
-from ..gpu.packing import STEPS
+from ..gpu.packing import MOST_SPANS, STEPS
 from ..gpu.passes import Resources
-from ..heightmap import MAX_HEIGHT_M, Heightmap
+from ..heightmap import Heightmap, units_for
 from .filling import Filling
 from .water import water_posts
 
 SEA = 0.1  # if this share of the rim is in water of one height, that water is the sea
-HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a fraction of the relief
 
 
 class Terrain:
@@ -92,14 +90,6 @@ class Terrain:
         return self.top_level
 
     @property
-    def headroom_m(self) -> tuple[float, float]:
-        """How far edits may go below the lowest post and above the highest before everything is rebuilt, in metres."""
-        low, high = self.heightmap.range_m
-        top_m = self._low_m + self.span_m
-        down_m = low - self._low_m if self._low_m > -MAX_HEIGHT_M else math.inf  # no height is beyond this limit
-        return down_m, top_m - high if top_m < MAX_HEIGHT_M else math.inf
-
-    @property
     def has_water(self) -> bool:
         """Whether water was found in the map's heights: see `water.water_posts`."""
         return self._water is not None
@@ -134,16 +124,15 @@ class Terrain:
         has_voids = self.heightmap.voids > 0
         if has_voids and not self._filling and self._filled is None:
             self._filling = Filling(self.heightmap.heights)
-        self.base_m, self._low_m, self.span_m = quantisation_range(*self.heightmap.quantised_m)
+        self.base_m, _, self.span_m = quantisation_range(*self.heightmap.quantised_m)
         self._write(self.all_posts)
         self.block.write(self._describe().tobytes())
 
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
         """Give the posts from column x and row y on new heights, (rows, cols), NaN for voids.
 
-        The time grows with the number of posts that change. Everything is uploaded again only if heights leave the
-        quantisation range, or if the first void appears or the last one disappears. A range that heights leave is
-        widened with headroom, and never shrinks again (`Heightmap.quantised_m`).
+        The time grows with the number of posts that change. Everything is uploaded again only if heights go beyond what
+        the tables can hold (`units_hold`), or if the first void appears or the last one disappears.
 
         Returns
         -------
@@ -158,10 +147,9 @@ class Terrain:
         self.edits += 1
         rows, cols = changed
         has_voids = self.heightmap.voids > 0
-        in_range = min(self.headroom_m) >= 0
+        in_range = units_hold(self.heightmap.quantised_m, self.heightmap.range_m)
         if not in_range:
-            ends_m = self._low_m, self._low_m + self.span_m
-            self.heightmap.quantised_m = widened_range(self.heightmap.range_m, self.heightmap.quantised_m, ends_m)
+            self.heightmap.quantised_m = units_for(self.heightmap.range_m, self.heightmap.spacing_m)
         if not in_range or has_voids != had_voids:
             self.marks.release()
             self.marks = self._make_marks()
@@ -171,46 +159,14 @@ class Terrain:
         if self._filling:
             rect = self._filling.update(rect)
         self._write(rect)
+        self.block.write(self._describe().tobytes())
         return rect
-
-    def with_headroom(self, up_m: float, down_m: float = 0.0) -> Terrain | None:
-        """A copy of the map with a wider quantisation range, to `take` later; None if the range is wide enough.
-
-        The new range holds heights `up_m` above the highest post and `down_m` below the lowest. The copy does not
-        contain later edits. `UsageError`: a number of metres that is negative or not finite.
-        """
-        if not (0 <= up_m < math.inf and 0 <= down_m < math.inf):
-            raise UsageError(f"headroom must be 0 or more metres up and down, got {up_m:g} and {down_m:g}")
-        low, high = self.heightmap.range_m
-        held = self.heightmap.quantised_m
-        low, high = max(low - down_m, -MAX_HEIGHT_M), min(high + up_m, MAX_HEIGHT_M)  # no edit goes further
-        return self.with_range((min(held[0], low), max(held[1], high)))
-
-    def with_range(self, quantised_m: tuple[float, float]) -> Terrain | None:
-        """A copy with a quantisation range for these heights, to `take` later; None if this map has that range.
-
-        Later edits of this map are not in the copy.
-        """
-        self._own_heights()
-        other = copy(self.heightmap)
-        other.quantised_m = quantised_m
-        if quantisation_range(*quantised_m) == (self.base_m, self._low_m, self.span_m):
-            self.heightmap.quantised_m = quantised_m
-            return None
-        return Terrain(self.ctx, other, self)
 
     def with_heights(self, heights: np.ndarray) -> Terrain:
         """The same posts with other heights, (rows, cols) metres, NaN for voids. Water keeps its place and height."""
-        return Terrain(self.ctx, self.heightmap.copy(heights), self)
-
-    def swap(self, other: Terrain) -> None:
-        """Exchange quantisation ranges, textures and blocks with a copy from `with_headroom` or `with_range`."""
-        mine, theirs = self.heightmap, other.heightmap
-        mine.quantised_m, theirs.quantised_m = theirs.quantised_m, mine.quantised_m
-        for name in ("heights", "marks", "block", "base_m", "_low_m", "span_m"):
-            old, new = getattr(self, name), getattr(other, name)
-            setattr(self, name, new)
-            setattr(other, name, old)
+        other = self.heightmap.copy(heights)
+        other.quantised_m = self.heightmap.quantised_m
+        return Terrain(self.ctx, other, self)
 
     def exaggerate(self, factor: float) -> None:
         """Draw the relief `factor` times as high: see `Heightmap.exaggerated`. Tables of errors stay as they are."""
@@ -272,20 +228,24 @@ class Terrain:
             self.marks.write(marks, viewport=viewport, alignment=1)
 
     def _describe(self) -> np.ndarray:
-        block = block_of(self.heightmap, self.top_level, self._low_m - self.base_m, self.span_m)
+        block = block_of(self.heightmap, self.top_level)
         for j, level in enumerate(self.levels):
             for name, value in level._asdict().items():
                 block["level"][j][name] = value
         return block
 
 
-def block_of(heightmap: Heightmap, top_level: int, low_m: float, span_m: float) -> np.ndarray:
-    """The block `layout.TERRAIN` of a map, without its levels; `low_m` is the low end of the range, above `base_m`."""
+def block_of(heightmap: Heightmap, top_level: int) -> np.ndarray:
+    """The block `layout.TERRAIN` of a map, without its levels."""
+    base_m, low_m, span_m = quantisation_range(*heightmap.quantised_m)
+    lowest_m, highest_m = heightmap.range_m
+    beyond_m = np.maximum((low_m - lowest_m, highest_m - (low_m + span_m)), 0.0)
     block = np.zeros((), layout.TERRAIN)
     block["last_post"] = heightmap.cols - 1, heightmap.rows - 1
     block["spacing_m"] = heightmap.spacing_m
     block["top_level"] = top_level
-    block["low_m"] = low_m
+    block["low_m"] = low_m - base_m
+    block["beyond_m"] = np.float32(beyond_m * (1 + 2.0**-20))  # rounded up
     block["span_m"] = span_m
     block["class_octaves"] = layout.class_octaves(span_m, heightmap.ground_spacing_m)
     block["has_voids"] = heightmap.voids > 0
@@ -328,19 +288,6 @@ def _rim_of(values: np.ndarray) -> np.ndarray:
     return np.concatenate([values[0], values[-1], values[1:-1, 0], values[1:-1, -1]])
 
 
-def widened_range(
-    heights_m: tuple[float, float], held_m: tuple[float, float], ends_m: tuple[float, float]
-) -> tuple[float, float]:
-    """Lowest and highest height of a new quantisation range, with headroom on each side where heights left the old one.
-
-    `heights_m` are the lowest and highest height now. The old range had the ends `ends_m`, and had to hold `held_m`.
-    """
-    low, high = heights_m
-    held_low, held_high = held_m
-    headroom_m = HEADROOM * (max(high, held_high) - min(low, held_low))
-    return low - headroom_m if low < ends_m[0] else held_low, high + headroom_m if high > ends_m[1] else held_high
-
-
 def steps_per_m(span_m: float) -> float:
     """Number of steps in a metre of height. The quantisation range has 65,535 steps (glsl/shade/relief.glsl)."""
     return STEPS / span_m
@@ -349,7 +296,18 @@ def steps_per_m(span_m: float) -> float:
 def steps_of(heights: np.ndarray, low_m: float, span_m: float) -> np.ndarray:
     """Heights above the base as steps, uint32; as glsl/shade/quantise.comp, bit for bit. `low_m` is above the base."""
     steps = (heights.astype(np.float32) - np.float32(low_m)) * np.float32(steps_per_m(span_m))
-    return np.clip(np.rint(steps), 0, STEPS).astype(np.uint32)
+    return np.rint(steps).astype(np.int32).view(np.uint32)
+
+
+def units_hold(units_m: tuple[float, float], range_m: tuple[float, float]) -> bool:
+    """Whether tables in units for one range of heights can hold another range.
+
+    Heights may lie in `MOST_SPANS` spans. And the heights that the GPU stores, above the base, must be exact.
+    """
+    base_m, bottom_m, span_m = quantisation_range(*units_m)
+    low, high = min(range_m[0], bottom_m), max(range_m[1], bottom_m + span_m)
+    is_exact = base_m == 0 or min(range_m[0] / base_m, range_m[1] / base_m) >= 0.5
+    return is_exact and high - low <= MOST_SPANS * span_m
 
 
 def quantisation_range(low: float, high: float) -> tuple[float, float, float]:

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..basics.steps import Steps
 from ..renderer import Renderer
 from ..renderer.brush import SHARES, TOOLS, Brush, Sculptor, places
 
@@ -45,8 +44,6 @@ class BrushTool:
         self.share = 0.3  # for all other tools: how far a dab moves the ground towards its goal, 0 to 1
         self.azimuth_deg = 180.0
         self.due: deque[Dab] = deque()  # dabs that are still to be done, the next one first
-        self.waits_for_headroom = True  # whether a dab beyond the quantisation range waits for new tables
-        self._range_m = heightmap.quantised_m  # quantisation range before the brush was taken
         self._sculptor = Sculptor(renderer)
         self._last: tuple[float, float] | None = None
         self._dabbed_s = float("-inf")
@@ -100,7 +97,7 @@ class BrushTool:
         self._dabbed_s = now_s
 
     def dab_steps(self) -> Iterator[float]:
-        """Do the dabs that are due, as far as there is headroom. Dabs that lie close together are one step."""
+        """Do the dabs that are due. Dabs that lie close together are one step."""
         while count := self._next_count():
             group = [self.due.popleft() for _ in range(count)]
             if group[0].begins:
@@ -140,28 +137,8 @@ class BrushTool:
         self._sculptor.end()
         return done
 
-    # --- Headroom: heights must stay within the range that the tables can hold --------------------------------------
-
-    @property
-    def has_headroom(self) -> bool:
-        return not self.due or self._next_count() > 0
-
-    def headroom_steps(self) -> Steps[None]:
-        """Build tables with headroom for half the relief, and for at least four dabs; yields progress from 0 to 1."""
-        low, high = self.renderer.heightmap.range_m
-        strongest = max(brush.strength for brush in (self.brush, *(dab.brush for dab in self.due)))
-        more_m = max(0.5 * (high - low), 4 * strongest)
-        return self.renderer.editor.headroom_steps(more_m, more_m)
-
-    def give_back_steps(self) -> Steps[None] | None:
-        """Build tables with the range from before the brush was taken; None if the map has been changed.
-
-        With a wider range, the same tolerance takes more triangles.
-        """
-        return None if self.renderer.terrain.edits else self.renderer.editor.range_steps(self._range_m)
-
     def _next_count(self) -> int:
-        """Number of the next dabs that are done together: equal dabs close to the first, as headroom allows."""
+        """Number of the next dabs that are done together: equal dabs close to the first, if any are due."""
         if not self.due:
             return 0
         first = self.due[0]
@@ -171,10 +148,4 @@ class BrushTool:
             return dab is first or (near and dab.brush == first.brush and not dab.begins)
 
         alike = sum(1 for _ in takewhile(joins, self.due))
-        return int(min(alike, self._most_dabs(first.brush))) if self.waits_for_headroom else alike
-
-    def _most_dabs(self, brush: Brush) -> float:
-        down_m, up_m = self.renderer.editor.headroom_m
-        if brush.tool in SHARES or not brush.strength:
-            return math.inf
-        return (down_m if brush.tool == "lower" else up_m) / brush.strength
+        return alike

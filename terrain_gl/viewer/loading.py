@@ -203,7 +203,6 @@ def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None
     """
     if heightmap.opened is None:
         again = heightmap.copy(heightmap.heights * np.float32(factor) + np.float32(added_m))
-        again.quantised_m = again.range_m
         return again
     scale, offset_m = heightmap.scales
     how = heightmap.opened | {"z_scale": factor * scale, "z_offset_m": factor * offset_m + added_m}

@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 
-import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError
-from ..basics.steps import Steps
 from .brush_tool import BrushTool
 from .frame_budget import FrameBudget
 from .map_writer import MapWriter, suggested_path
@@ -34,13 +32,10 @@ class Sculpting:
         self.tool: BrushTool | None = None  # the brush; None while the tables are being built
         self.brushing = False  # whether the left button sculpts
         self.held = False  # whether the button of a stroke is down
-        self.headroom: Steps[None] | None = None  # the steps that build tables with more headroom
-        self.share = 0.0  # their progress
         self.writer: MapWriter | None = None  # writes the map to a file
         self.save_as: str | None = None  # the path in the dialog that asks where to save; None without a dialog
         self.recovery = Recovery()  # keeps unsaved land in a file
         self._edited_s = float("-inf")
-        self._taking = False  # the brush is taken when there is headroom
         self._saved: object = None  # the land that is in a file
         self._warned: object = _NO_LAND  # the land about which the user was warned that it is not in a file
 
@@ -73,57 +68,19 @@ class Sculpting:
     # --- The brush ----------------------------------------------------------------------------------------------------
 
     def toggle(self) -> None:
-        if self.brushing or self._taking:
+        if self.brushing:
             self.brushing = False
             self.cancel()
-            self.headroom = self.tool.give_back_steps() if self.tool else None
         elif self.tool:
-            self._drop_headroom()
-            self._taking = True
-            self.headroom = self.tool.headroom_steps()  # before the first stroke, so that no stroke has to wait
-            self._make_headroom()
-
-    @property
-    def task(self) -> str:
-        """Why tables are built."""
-        return "preparing the brush" if self.brushing or self._taking else "putting the brush away"
+            self.brushing = True
+            self._window.say("drag on the land to sculpt; the right button turns the camera; B puts the brush away")
 
     def cancel(self) -> None:
-        """Stop building tables, and end the stroke that waits for them."""
-        self._drop_headroom()
+        """End the stroke, without its dabs that are still due."""
         if self.tool and self.at_work:
             self.held = False
             self.tool.due.clear()
             self._finish()
-
-    def _drop_headroom(self) -> None:
-        if self.headroom:
-            self.headroom.close()
-        self.headroom = None
-        self.share = 0.0
-        self._taking = False
-
-    def _make_headroom(self) -> None:
-        """Build tables for a while; the brush is taken when they are complete."""
-        if not self.headroom or not self.tool:
-            return
-        message = "drag on the land to sculpt; the right button turns the camera; B puts the brush away"
-        try:
-            if not self._budget.run(self.headroom, self._tell_headroom) and self.share < 1.0:
-                return
-        except (TerrainError, moderngl.Error, MemoryError) as error:
-            self.tool.waits_for_headroom = False
-            message = f"strokes far up or down may be slow: {error or 'not enough memory'}"
-        if self._taking:
-            self.brushing = True
-            self._window.say(message)
-        self._drop_headroom()
-
-    def _tell_headroom(self, share: float) -> None:
-        self.share = share
-        if share == 1.0:  # the renderer has exchanged its tables
-            self._edited(settled=True)
-        self._window.refresh()
 
     def next_tool(self) -> None:
         if self.tool:
@@ -149,15 +106,12 @@ class Sculpting:
         return True
 
     def work(self) -> None:
-        """Follow the cursor and do dabs for a while; a dab beyond the quantisation range waits for new tables."""
+        """Follow the cursor and do dabs for a while."""
         tool = self.tool
-        if not tool or self.headroom:
+        if not tool:
             return
         if self.held:
             self._follow()
-        if not tool.has_headroom:
-            self.headroom = tool.headroom_steps()
-            return
         try:
             self._budget.run(tool.dab_steps(), hurried=True)
         except TerrainError as error:  # a tile of a store cannot be read, or the store's edits need too much memory
@@ -197,7 +151,6 @@ class Sculpting:
         self._step_back(BrushTool.redo, "nothing to redo")
 
     def _step_back(self, step: Callable[[BrushTool], bool], nothing: str) -> None:
-        self._drop_headroom()
         try:
             if self.tool and step(self.tool):
                 self._edited(settled=True)
@@ -224,8 +177,7 @@ class Sculpting:
                 self._window.say(str(error))
 
     def step(self) -> None:
-        """Build headroom for a while, report the outcome of writing, and keep the recovery file up to date."""
-        self._make_headroom()
+        """Report the outcome of writing, and keep the recovery file up to date."""
         if not self.unsaved:
             self.recovery.remove()
         elif not self.at_work and self._window.now_s - self._edited_s >= RESCUE_S:

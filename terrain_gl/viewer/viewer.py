@@ -233,7 +233,7 @@ class Viewer:
             self.loader.cancel()
         elif self.saver.shot:
             self.saver.cancel()
-        elif self.sculpting.headroom or self.sculpting.at_work:
+        elif self.sculpting.at_work:
             self.sculpting.cancel()
         else:
             return False
@@ -280,7 +280,7 @@ class Viewer:
         """Whether the next frame should come at once; otherwise the frame comes after an event or `wait_s`."""
         if not self.scene.has_map or self.loader.job or self.window.stale:
             return True
-        if self.saver.shot or self.sculpting.headroom or self.sculpting.at_work:
+        if self.saver.shot or self.sculpting.at_work:
             return True
         return self.scene.controller.moving or self.painter.is_busy(self.scene.frame_spec())
 
@@ -308,8 +308,6 @@ class Viewer:
         """Long work in progress; None if there is none."""
         if job := self.loader.job:
             return Progress(job.text, job.progress, self.loader.can_cancel)
-        if self.sculpting.headroom:
-            return Progress(self.sculpting.task, self.sculpting.share, True)
         if self.painter.light.share is not None:
             return Progress("computing light and shadow", self.painter.light.share, False)
         if shot := self.saver.shot:

@@ -419,7 +419,7 @@ def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, folder, monkey
     assert not viewer.saver.shot and "map has changed" in viewer.window.message and not list(folder.iterdir())
     press(viewer, "ctrl+z")
     press(viewer, "b")
-    settle(viewer)  # unused headroom is given back
+    settle(viewer)
     for split in (False, True):
         if split:
             press(viewer, "t")

@@ -47,6 +47,22 @@ def test_a_stroke_changes_the_land_and_the_bound_holds(viewer):
     assert "nothing" in viewer.window.message
 
 
+def test_a_stroke_far_above_the_map_waits_for_nothing(viewer):
+    """The brush is taken at once, each frame does dabs, and the tables keep their units."""
+    settle(viewer)
+    renderer = viewer.scene.renderer
+    units_m, before = renderer.heightmap.quantised_m, renderer.heightmap.heights.copy()
+    press(viewer, "b")
+    assert viewer.sculpting.brushing and viewer.progress is None
+    viewer.sculpting.tool.strength_m = 0.5 * np.ptp(renderer.heightmap.range_m)
+    stroke(viewer, (160, 150), (190, 150))
+    settle(viewer)
+    assert np.ptp(renderer.heightmap.range_m) > 1.5 * np.ptp(units_m) and renderer.heightmap.quantised_m == units_m
+    assert viewer.painter.frame.measured_px["max"] <= viewer.painter.frame.stats["certified_max_error_px"] <= 1
+    press(viewer, "ctrl+z")
+    assert np.array_equal(renderer.heightmap.heights, before)
+
+
 def test_undoing_is_seen_in_the_next_frame_and_soon_in_full(viewer):
     """On a slow machine: small at once, then in full size with the light before, then with new light."""
     settle(viewer)

@@ -27,7 +27,7 @@ vec2 long_axis(vec2 u, vec2 v) {
     float a = u.x * u.x + v.x * v.x, d = u.y * u.y + v.y * v.y, b = u.x * u.y + v.x * v.y;
     float mean = 0.5 * (a + d), apart = sqrt(0.25 * (a - d) * (a - d) + b * b);
     vec2 e = abs(b) > 1e-6 * mean ? normalize(vec2(b, mean + apart - a)) : (a > d ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
-    return e * min(sqrt(mean + apart), LARGEST_BOX_POSTS);
+    return e * min(sqrt(mean + apart), largest_box_posts());
 }
 
 Mips mips_over(Ground g, float scale) {

@@ -1,6 +1,6 @@
 // lod/rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
 // Provides range_of_square_m(), box_of_square(), project_square(), error_within_m(), few_cells_m(),
-// cells_m(), coarsest_step(), finest_of(), slack_m(), next_step().
+// coarsest_step(), finest_of(), slack_m(), next_step().
 // Python twins: reference.rings.next_step, reference.rings.coarsest_step, reference.rings.finest_step
 
 #include "lod/rings/rings.glsl"
@@ -56,16 +56,6 @@ vec2 few_cells_m(ivec2 low, int side_log2) {
         found = vec2(max(found.x, abs(t)), found.y + t * t);
     }
     return vec2(0.25 * found.x, 0.125 * sqrt(found.y / float(cells.x * cells.y))) * (1.0 + exp2(-18.0));
-}
-
-// Largest error and root mean square of a square's cells: from the tables, or from the cells themselves if they are
-// few. For spacings below that of the posts, each cell of the map is cut into parts.
-vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 exact_m) {
-    if (step_log2 <= 0 && exact_m.x < NEVER) return exact_m * exp2(2.0 * float(step_log2));
-    ivec2 end = low + (1 << side_log2);
-    vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
-    float rms_m = sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
-    return vec2(largest_m(low, end, step_log2), rms_m);
 }
 
 // A unit that is 1 post wide can have neighbours that cannot be split: up to 2 posts wide if the unit is in ring 0, and

@@ -7,6 +7,7 @@
 
 #include "lod/rings/squares.glsl"
 #include "lod/rings/prices.glsl"
+#include "error/squares.glsl"
 
 layout(local_size_x = UNITS) in;
 
