@@ -249,7 +249,7 @@ class Heightmap:
         kept = "opened", "values", "scales", "georeference", "look", "assumes_spacing", "of_earth"
         for name in (*kept, "exaggeration", "_ground_spacing_m"):
             setattr(own, name, getattr(self, name))
-        own.quantised_m = self.quantised_m if heights is None else units_for(own.range_m, self.spacing_m)
+        own.quantised_m = self.quantised_m if heights is None else units_for(own.range_m, self.ground_spacing_m)
         return own
 
     def exaggerated(self, factor: float) -> Heightmap:

@@ -113,13 +113,9 @@ class Lighting:
         printed = {"PRINTED": self._printed} if self._printed else {}
         return self.visibility.defines | self.cover.defines | self._words | printed
 
-    def update(self, posts: Rect, moved: bool = True) -> None:
-        """Follow an edit of posts, (x0, y0, x1, y1), after the sums of heights did.
-
-        `moved` is False if no height changed, only the quantisation range.
-        """
-        if moved:
-            self.visibility.update(posts)
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of posts, (x0, y0, x1, y1), after the sums of heights did."""
+        self.visibility.update(posts)
         everywhere = posts == (0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1)
         if everywhere or self._lobes_of != self._lobes_wanted:
             self._lobes_wanted += 1

@@ -109,8 +109,9 @@ class EditedMap(PagedMap):
         rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
         stored, old, new = (each[rows, cols] for each in (stored, old, new))
         where = slice(y + rows.start, y + rows.stop), slice(x + cols.start, x + cols.stop)
-        self._check(new, where)
+        range_m = self._check(new, where)
         self._keep_roots()
+        self.range_m = range_m
         self.edits = self.edits + 1
         self.changes = self.changes + 1
         self.saved_as = ""
@@ -123,7 +124,8 @@ class EditedMap(PagedMap):
                 self.wide[Square(level, nodes[0].start + row, nodes[1].start + col)] = self.edits
         return where
 
-    def _check(self, new: np.ndarray, where: Area) -> None:
+    def _check(self, new: np.ndarray, where: Area) -> tuple[float, float]:
+        """The map's lowest and highest height with new heights of some posts, if they are allowed."""
         low, high = float(new.min()), float(new.max())
         if max(-low, high) > MAX_HEIGHT_M:
             raise TerrainError(f"{self.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}")
@@ -141,7 +143,7 @@ class EditedMap(PagedMap):
                 f"{self.name}: its edits need more than {self.memory_bytes >> 20} MiB: save them, and build the store "
                 "again, or give more --memory"
             )
-        self.range_m = range_m
+        return range_m
 
     def _write_level(self, level: int, where: Area, old: np.ndarray, new: np.ndarray, edits: np.ndarray) -> None:
         posts = self._lattice(where, level)

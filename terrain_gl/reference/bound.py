@@ -12,7 +12,8 @@ LAST = 4
 # there to z + 7 at 60, and from there to z + 14 at 64. Most decisions are about errors below the width of 16 cells:
 #   z = max(2, log2(span / (16 √(s_x s_y))))
 # The box holds no such node if and only if its count is 0 (integral histogram, Porikli 2005). So
-#   M of the box ≤ limit(c),   c the last class with count 0;   and M ≤ most_m, the highest minus the lowest height, if there is none.
+#   M of the box ≤ limit(c),   c the last class with count 0;   and M ≤ most_m if there is none.
+# most_m is the highest minus the lowest height of the map.
 
 
 def class_limits(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:

@@ -64,7 +64,7 @@ class ClassTables(NamedTuple):
 
     classes: Sequence[np.ndarray]  # summed-area tables, (rows, cols) of tiles
     tile: int  # nodes a side of a tile
-    span_m: float
+    most_m: float  # the highest minus the lowest height: no error is larger
     limits_m: np.ndarray  # of the classes
 
 
@@ -86,7 +86,7 @@ def is_within(levels: Sequence[ClassTables], low: Post, end: Post, last: Post, s
     j = max(step_log2, 0)
     level = levels[j]
     allowed_m = error_m * 4.0 ** max(-step_log2, 0)
-    if allowed_m >= level.span_m:
+    if allowed_m >= level.most_m:
         return True
     below = np.flatnonzero(level.limits_m <= allowed_m)
     return len(below) > 0 and box_sum(level.classes[below[0]], *tiles_over(level, j, low, end, last)) == 0

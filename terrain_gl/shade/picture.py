@@ -162,9 +162,9 @@ class Picture:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), without the light."""
         self.sums.update(posts)
 
-    def settle(self, posts: Rect, moved: bool = True) -> None:
-        """Update the light after edits inside a rectangle; `moved` is False if only the quantisation range changed."""
-        self.lighting.update(posts, moved)
+    def settle(self, posts: Rect) -> None:
+        """Update the light after edits inside a rectangle."""
+        self.lighting.update(posts)
 
     def draw(self, selection: Selection, camera: Camera, look: Look = PLAIN) -> None:
         """Draw and shade a selection, the last one that was made."""

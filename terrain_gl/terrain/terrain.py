@@ -149,7 +149,7 @@ class Terrain:
         has_voids = self.heightmap.voids > 0
         in_range = units_hold(self.heightmap.quantised_m, self.heightmap.range_m)
         if not in_range:
-            self.heightmap.quantised_m = units_for(self.heightmap.range_m, self.heightmap.spacing_m)
+            self.heightmap.quantised_m = units_for(self.heightmap.range_m, self.heightmap.ground_spacing_m)
         if not in_range or has_voids != had_voids:
             self.marks.release()
             self.marks = self._make_marks()

@@ -1,5 +1,6 @@
 """A box of the summed-area table of heights: the four fetches, and the sum and mean that they give."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,8 @@ class BoxSum:
     table: SumsTable  # the table that holds it
     box: tuple[int, int, int, int]  # first column, first row, and the column and row after the last, in the table
     corners: tuple[int, int, int, int]  # table at north-west, north-east, south-west and south-east, modulo 2³²
-    range_m: tuple[float, float]  # lowest height that the table can hold, and metres from there to the highest
+    range_m: tuple[float, float]  # the quantisation range: its lowest height, and its width in metres
+    steps_below: int = 0  # how far edits went below it
 
     @property
     def posts(self) -> int:
@@ -39,7 +41,8 @@ class BoxSum:
     @property
     def mean_m(self) -> float:
         low_m, span_m = self.range_m
-        return low_m + self.sum / self.posts * span_m / 65535
+        steps = (self.sum + self.steps_below * self.posts) % 2**32 / self.posts - self.steps_below
+        return low_m + steps * span_m / 65535
 
     def lines(self) -> list[str]:
         a, b, c, d = self.corners
@@ -71,4 +74,6 @@ def box_around(renderer: Renderer, place: np.ndarray, side: int) -> BoxSum:
         return int.from_bytes(table.buffer.read(4, offset=4 * word), "little")
 
     corners = fetch(x0, y0), fetch(x1, y0), fetch(x0, y1), fetch(x1, y1)
-    return BoxSum(table, (x0, y0, x1, y1), corners, quantisation_range(*heightmap.quantised_m)[1:])
+    low_m, span_m = quantisation_range(*heightmap.quantised_m)[1:]
+    below = max(0, math.ceil((low_m - heightmap.range_m[0]) / span_m * 65535))
+    return BoxSum(table, (x0, y0, x1, y1), corners, (low_m, span_m), below)
