@@ -20,7 +20,7 @@ bool sees(vec2 post, float from_m, vec3 direction) {
     float along = max(abs(aside.x), abs(aside.y));
     if (along < 1e-6) return direction.z > 0.0;
     vec2 step_ = aside / along;
-    float rise_m = direction.z / along, top_m = u_low_m + u_span_m;
+    float rise_m = direction.z / along, top_m = highest_m();
     for (float t = 0.25; t < 40000.0; t += t < 4.0 ? 0.25 : t < 16.0 ? 0.5 : 1.0) {
         vec2 at = post + step_ * t;
         float ray_m = from_m + rise_m * t;
