@@ -1,5 +1,7 @@
 """The error of float32: gl_Position of every drawn vertex, compared with float64 and a derived bound."""
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 import pytest
@@ -7,13 +9,15 @@ from maps import MAPS, SIZE, Scene, cameras, random_map, rough
 
 from terrain_gl import Renderer
 from terrain_gl.camera import Camera, clip_from_eye
+from terrain_gl.camera.camera import depth_span_m
+from terrain_gl.camera.rounding import CLIP_ROUNDINGS, certified_rounding_px, mesh_rounding_px, rounding_px
 from terrain_gl.gpu.calls import calls
 from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import EveryPost, Goal
 from terrain_gl.mesh import MeshDraws, captured_triangles, vertex_heights
 from terrain_gl.shade.picture import UNLIT
 from terrain_gl.verify.holes import count_holes
-from terrain_gl.verify.rounding import CLIP_ROUNDINGS, mesh_rounding_px, rounding_px
 
 DRAWN = np.dtype([("post", "2f4"), ("clip", "4f4")])
 VARYINGS = ("v_post", "gl_Position")
@@ -94,7 +98,7 @@ def test_the_bound_does_not_grow_with_the_map(ctx):
 
 @pytest.mark.parametrize("fov", [0.1, 1.0, 45.0, 170.0])
 def test_measure_bounds_what_float32_adds(ctx, fov):
-    """In narrow views it is more than the certificate; the bound of the mesh is that of its vertices, or more."""
+    """The bound of the mesh is that of its vertices, or more; in narrow views, the certificate includes it."""
     size, heightmap = (3840, 2160), Heightmap(rough(65, 65, 5, 300.0), 30.0)
     middle = np.array([*np.divide(heightmap.extent_m, 2), 150.0])
     away = {0.1: 1e6, 1.0: 1e5}.get(fov, 1500.0)
@@ -105,7 +109,90 @@ def test_measure_bounds_what_float32_adds(ctx, fov):
     bound = mesh_rounding_px(captured_triangles(selection), heightmap, scene.terrain.base_m, camera, size, scene.near_m)
     print(f"\n{fov} degrees: {len(off)} vertices, off by {off.max():.3g} px, at most {bound:.3g}")
     assert len(off) > 10 and off.max() <= (off[off > 0] / share[off > 0]).max() <= bound
-    assert fov > 0.1 or (0.5 < bound < 1.0 and off.max() > scene.select(camera, 0.02).certified_px)
+    assert fov > 1.0 or bound < selection.certified_px
+    assert fov > 0.1 or 0.5 < bound < 1.0
+
+
+FAR = np.array([48e4, -64e4, 60e4])  # metres from the map to the eye, 10⁶ together
+
+
+def narrow_camera(kind, middle):
+    """A camera whose picture is a tenth of a degree high, or as small: 1,745 m at the distance `FAR`."""
+    eye, k = middle + FAR, 1.2e6
+    if kind == "parallel":
+        return Camera.orthographic(tuple(eye), tuple(middle), 1745.0)
+    level = Camera(tuple(eye), tuple(middle), 0.1)
+    if kind == "rolled":
+        return replace(level, up=(1.0, 2.0, 3.0))
+    if kind == "lens":
+        turn = level.axes * [[1.0], [-1.0], [1.0]]
+        intrinsics = np.array([[k, 0, 1100], [0, 0.9 * k, 1500], [0, 0, 1]])
+        return Camera.from_opencv(intrinsics, turn, -turn @ eye, (3840, 2160))
+    return replace(level, bend_per_m=1e-9) if kind == "curved" else level
+
+
+@pytest.mark.parametrize(
+    ("kind", "goal"),
+    [
+        ("level", Goal(0.05)),
+        ("rolled", Goal(0.02)),
+        ("lens", Goal(0.02, "rms")),
+        ("curved", Goal(0.03)),
+        ("parallel", Goal(0.02)),
+        ("level", Goal(metric="max", triangles=60000)),
+        ("level", Goal(metric="rms", triangles=60000)),
+        ("rolled", "every post"),
+    ],
+)
+def test_in_narrow_views_the_certificate_holds_for_vertices_on_the_screen(ctx, monkeypatch, kind, goal):
+    """Each is certified, and what float32 adds to a vertex; without this term, it is more than the certificate."""
+    size, heightmap = (3840, 2160), Heightmap(rough(33, 33, 5, 2.0), 30.0)
+    camera = narrow_camera(kind, np.array([*np.divide(heightmap.extent_m, 2), 1.0]))
+    for term in (certified_rounding_px, lambda *_: (0.0,) * 4):
+        monkeypatch.setattr("terrain_gl.camera.view.certified_rounding_px", term)
+        scene = Scene.of(ctx, heightmap, size)
+        levels = EveryPost(scene.tables, scene.levels.view) if goal == "every post" else scene.levels
+        selection = levels.select(camera, size, scene.near_m, Goal() if levels is not scene.levels else goal)
+        data = ROUNDED.of(selection.surface).capture(selection, DRAWN.itemsize)
+        posts, clip = (np.frombuffer(data, DRAWN)[name] for name in DRAWN.names)
+        points = camera.lowered(places(heightmap, scene.terrain.filled, posts.astype(float)))
+        whole = (posts == np.floor(posts)).all(1)  # the truth of others is rounded, too
+        span_m = depth_span_m(camera, heightmap)
+        exact = np.c_[points - camera.eye, np.ones(len(points))] @ clip_from_eye(camera, size, scene.near_m, span_m).T
+        seen = whole & (np.abs(exact[:, :2]) <= exact[:, 3:]).all(1)
+        off = np.linalg.norm(pixels(clip[seen], viewport(scene)) - pixels(exact[seen], size), axis=1)
+        assert seen.sum() > 300
+        certified_px = selection.farthest_px or selection.certified_px
+        assert (off.max() <= certified_px) == (term is certified_rounding_px), (off.max(), certified_px)
+        if levels is scene.levels and not goal.triangles:  # half of the tolerance is left to the mesh
+            assert term is not certified_rounding_px or certified_px < goal.tolerance_px / 2 + 1.5
+        scene.release()
+
+
+def test_ordinary_views_have_the_meshes_and_certificates_that_they_had(ctx):
+    """There, nothing is included: land far from the eye is off by less than `LEFT_OUT_PX`."""
+    heightmap = MAPS["odd"]()
+    for size, fovs in (((1280, 720), (3.0, 45.0, 60.0, 170.0)), ((3840, 2160), (10.0, 60.0, 120.0))):
+        for fov in fovs:
+            camera = replace(cameras(heightmap)["default"], fov_deg=fov)
+            assert not any(certified_rounding_px(camera, heightmap, size)), (size, fov)
+    assert all(certified_rounding_px(replace(camera, fov_deg=1.0), heightmap, size)[:2])
+
+
+def test_a_finer_mesh_is_drawn_where_float32_takes_a_part_of_the_tolerance(ctx, monkeypatch):
+    """The whole is within the tolerance, if float32 takes less than a half of it."""
+    heightmap = Heightmap(rough(65, 65, 5, 300.0), 30.0)
+    middle = np.array([*np.divide(heightmap.extent_m, 2), 150.0])
+    camera = Camera(tuple(middle + FAR / 3), tuple(middle), 0.3)
+    triangles = []
+    for term in (certified_rounding_px, lambda *_: (0.0,) * 4):
+        monkeypatch.setattr("terrain_gl.camera.view.certified_rounding_px", term)
+        scene = Scene.of(ctx, heightmap, (3840, 2160))
+        selection = scene.select(camera, 1.0)
+        assert 0.9 < selection.certified_px <= 1.0
+        triangles.append(selection.triangles)
+        scene.release()
+    assert triangles[0] > 1.1 * triangles[1]
 
 
 def test_the_test_would_see_a_worse_vertex(ctx):

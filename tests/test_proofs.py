@@ -16,8 +16,8 @@ from forms import Form, Forms, corner, post, unit, weight
 from gappa import FUSED, UNIT, Gappa, Number, Roundings, constant
 from shader_text import Evaluator, body, macros, parse, source
 
+from terrain_gl.camera.rounding import CLIP_ROUNDINGS
 from terrain_gl.gpu.selftest import QUOTIENT
-from terrain_gl.verify.rounding import CLIP_ROUNDINGS
 
 needs_gappa = pytest.mark.skipif(not shutil.which("gappa"), reason="Gappa is not installed: apt install gappa")
 

@@ -119,7 +119,7 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     coarsest = np.minimum(RNG.integers(-2, 5, n), side_log2)
     low = RNG.integers(0, 60, (n, 2)) >> side_log2[:, None] << side_log2[:, None]
     nearest_m = 10 ** RNG.uniform(1, 5, n)
-    statement = """Projection p = Projection(false, true, b.x, 1.0, b.x, 0.0);
+    statement = """Projection p = Projection(false, true, b.x, 1.0, b.x, 0.0, 0.0);
     int finest = finest_of(ivec2(a.xy), int(a.z), 0, int(a.w));
     return vec4(next_step(ivec2(a.xy), int(a.z), int(a.w), finest, p), error_within_m(p, u_tolerance_px), 0.0, 0.0);"""
 

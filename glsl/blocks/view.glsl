@@ -34,6 +34,7 @@ layout(std140, binding = 1) uniform View {
     vec2 u_centre;                  // x/w, y/w in the middle of the picture; 0 if the eye looks there
     float u_aspect;                 // pixels per unit of x/w, relative to u_focal_px; 1 for square pixels
     float u_depth_span_m;           // orthographic cameras: view depth from the nearest to the farthest land; else 0
+    vec4 u_rounding_px;             // narrow views: a and b of lod/project.glsl; else 0
 };
 
 #define METRIC_MAX 0

@@ -17,7 +17,7 @@ struct Node {
     float base_m;
     vec2 side, per_side;   // posts along a side, and their reciprocals
     bool is_whole;         // the map's rim does not cut the node off, so diagonals run through posts
-    float rounding_m;      // bound of rounding errors, besides 2^-19 of an error: docs/precision.md, section 3
+    float rounding_m;      // bound of rounding errors, besides 2^-19 of an error: docs/precision.md, section 4
 };
 
 #ifndef WHOLE_NODES  // true: only whole nodes. Then a node's shape is a constant.

@@ -7,6 +7,7 @@
 //   Over a box: the third factor is convex in (x/w, y/w), so it is largest at a corner of the box's projection.
 //   w' is at least the nearest corner's w minus |δ v_w|.
 //   Only points in the picture count, so the rectangle ends at the picture's edges, and the depth at the near plane.
+//   float32 moves each point of the box by at most  a D / w + b  pixels, D its diagonal (docs/precision.md).
 // Provides Box, Projection, project(), error_px(), pixels_across(), post_weight().
 // Python twins: reference.project_boxes, reference.error_px, reference.post_weights; for a point camera.screen_shift_px
 
@@ -27,6 +28,7 @@ struct Projection {
     float nearest_m;  // smallest w of a point in the picture
     float stretch;    // largest value of the third factor
     float middle_m;   // w of the box's centre, at least nearest_m
+    float rounding_px;  // what float32 adds on the screen, in narrow views
     float sag_m;      // what curvature and rounding add to errors in the box: 0, unless the caller sets it
 };
 
@@ -48,8 +50,7 @@ vec2 slack_of_edges(float slack, vec2 extent) {
 
 // `margin` ≥ 1 widens the frustum: a box outside a wide frustum is outside a narrow one, in spite of rounding.
 Projection project(Box box, float margin) {
-    // There is no picture, so nothing is outside.
-    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0, 0.0);
+    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0, 0.0, 0.0);  // there is no picture
     // How far the corners lie beyond the picture's right, top, left and bottom: minimum and maximum over the corners.
     vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);
     float nearest = 1e30, farthest = -1e30, near = near_m();
@@ -81,6 +82,7 @@ Projection project(Box box, float margin) {
     projection.inside = !any_near && all(lessThanEqual(most_beyond, vec4(0.0)));
     projection.nearest_m = w_at(max(nearest, 0.999 * near));
     projection.middle_m = max(projection.nearest_m, w_at(dot(u_forward.xyz, 0.5 * (box.low + box.high))));
+    projection.rounding_px = u_rounding_px.x * length(box.high - box.low) / projection.nearest_m + u_rounding_px.y;
     projection.sag_m = 0.0;
     // if the view is vertical the two parts of the difference cancel, but not their rounding errors
     projection.stretch = length(max(a, b) * vec2(u_aspect, 1.0))
@@ -91,16 +93,9 @@ Projection project(Box box, float margin) {
 // Pixels for an error of size_m; max_m is the largest error of the box. Both are without the sag.
 float error_px(Projection p, float size_m, float max_m) {
     size_m += p.sag_m;
-    if (size_m == 0.0) return 0.0;
+    if (size_m == 0.0) return p.rounding_px;
     float depth = p.nearest_m - (max_m + p.sag_m) * abs(vertical_w());
-    return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK;
-}
-
-// Pixels of the active metric for a node or patch with these errors.
-// If only a part of it is visible, its root mean square says nothing about that part. The maximum replaces it then.
-float metric_px(Projection p, float max_m, float rms_m) {
-    if (u_metric == METRIC_METRES) return max_m + p.sag_m;
-    return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);
+    return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK + p.rounding_px;
 }
 
 // Width in pixels of a cell in the middle of a box.

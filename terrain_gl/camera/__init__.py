@@ -3,6 +3,7 @@
 camera      eye, target and field of view; positions and errors on the screen
 lens        what its picture shows, if that is no symmetric field of view
 pieces      a large picture is drawn part by part
+rounding    how far float32 moves the mesh on the screen
 view        the camera of a frame on the GPU
 """
 

@@ -11,6 +11,7 @@ from ..gpu.passes import Resources
 from ..terrain import Terrain
 from .camera import Camera, clip_from_eye, depth_span_m
 from .pieces import Piece
+from .rounding import certified_rounding_px
 
 _FIELDS = layout.VIEW.names or ()
 _SETTINGS: dict[str, Any] = {"tolerance_px": 0.0, "metric": 0, "cull": False}
@@ -65,6 +66,7 @@ class ViewBlock:
             "centre": camera.centre,
             "aspect": camera.aspect(size),
             "depth_span_m": span_m,
+            "rounding_px": certified_rounding_px(camera, terrain.heightmap, size),
         }
         self._values = _SETTINGS | settings | values
         corner = (half + abs(middle) for half, middle in zip(camera.half_extent(size), camera.centre, strict=True))

@@ -113,6 +113,7 @@ VIEW = np.dtype(
         ("centre", "2f4"),
         ("aspect", "f4"),
         ("depth_span_m", "f4"),
+        ("rounding_px", "4f4"),
     ]
 )
 

@@ -3,7 +3,7 @@
 A certificate is only as good as the arithmetic under it. So each driver has to pass these tests, once in a process:
 summed-area tables of several sizes, made by the same kernels, whose loops then have other bounds; rounding to nearest;
 products and sums that `precise` keeps apart; quotients, square roots and powers of two as close as the bounds assume
-(docs/precision.md, section 3); the triangles of tessellated patches (`pattern`).
+(docs/precision.md, section 4); the triangles of tessellated patches (`pattern`).
 """
 
 import os

@@ -9,6 +9,7 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
+from ..camera.rounding import mesh_rounding_px
 from ..gpu.session import in_session, steps_in_session
 from ..heightmap import Heightmap, bilinear
 from ..lod import METRES, Goal, RingsSelector, Selection
@@ -17,7 +18,6 @@ from ..terrain import Terrain
 from ..verify.explain import Explanation, Lookup, PatchExplainer
 from ..verify.holes import count_holes
 from ..verify.measure import TILE, Achieved, Measurement
-from ..verify.rounding import mesh_rounding_px
 from .frame import DrawnFrame, Measured, WholeMapMesh
 from .gpu_resources import GpuResources
 

@@ -31,10 +31,12 @@ Box box_of_square(ivec2 low, int side_log2) {
 
 Projection project_square(ivec2 low, int side_log2) { return project(box_of_square(low, side_log2), 1.0); }
 
-// The largest error in metres that is at most the tolerance in pixels: error_px() solved for the error.
+// The largest error in metres that is at most the tolerance in pixels: error_px() solved for the error. Half of the
+// tolerance is left for it in any case: finer triangles could not make up for rounding.
 float error_within_m(Projection p, float px) {
     if (u_metric == METRIC_METRES) return px;
     if (p.outside) return NEVER;
+    px = max(px - p.rounding_px, 0.5 * px);
     float per_m = u_focal_px * p.stretch * BOUND_SLACK;
     return px * p.nearest_m / (per_m + px * abs(vertical_w())) * (1.0 - 1e-5);
 }

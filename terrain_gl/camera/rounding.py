@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 
-from ..camera import Camera
 from ..heightmap import Heightmap
+from .camera import Camera
 
 ROUNDING = 2.0**-24  # relative error of one float32 operation
 CLIP_ROUNDINGS = 9  # roundings of a clip coordinate: 3 of a position, 5 of a matrix product, 1 for their products
 SCREEN_ROUNDINGS = 4  # roundings of the division by depth and of the viewport transform
+LEFT_OUT_PX = 1 / 64  # if float32 adds no more to land far from the eye, the certificate leaves it out
+GRID_PX = math.sqrt(2) / 512  # vertex shaders round to 1/256 pixel along each axis
 _AT_ONCE = 1 << 16  # triangles that are projected together
 
 
@@ -27,16 +29,38 @@ def rounding_px(
     depth_m
         (n,) view depths of the point.
     """
+    of_clip_px, of_screen_px = _rounding_px(camera, size)
+    shift_m = math.hypot(*camera.centre) if camera.is_orthographic else 0.0
+    bound: np.ndarray = of_clip_px * (away_m + math.hypot(*spacing_m) + shift_m) / camera.w_at(depth_m) + of_screen_px
+    return bound
+
+
+def _rounding_px(camera: Camera, size: tuple[int, int]) -> tuple[float, float]:
+    """Bounds of what the rounding of clip coordinates adds, for a distance as large as w; and of what the rest adds."""
     half, centre = np.array(camera.half_extent(size)), np.abs(camera.centre)
     focal_px = camera.focal_px(size[1]) * np.array([camera.aspect(size), 1.0])
-    away_m = away_m + math.hypot(*spacing_m)
     # the errors of x and y, and in perspective that of depth at the picture's rim
     lean = 1.0 if camera.is_orthographic else 1.0 + centre + half
-    shift_m = float(np.hypot(*centre)) if camera.is_orthographic else 0.0
-    spread_px = float(np.linalg.norm(focal_px * lean))
-    of_clip = CLIP_ROUNDINGS * spread_px * (away_m + shift_m) / camera.w_at(depth_m)
-    bound: np.ndarray = ROUNDING * (of_clip + SCREEN_ROUNDINGS * math.hypot(*size))
-    return bound
+    of_clip = CLIP_ROUNDINGS * float(np.linalg.norm(focal_px * lean))
+    return ROUNDING * of_clip, ROUNDING * SCREEN_ROUNDINGS * math.hypot(*size)
+
+
+def certified_rounding_px(camera: Camera, heightmap: Heightmap, size: tuple[int, int]) -> tuple[float, ...]:
+    """What the certificate includes: a, b, 0 and 0 of glsl/lod/project.glsl. In most views all are 0.
+
+    Edges of triangles in a box, and the spacing, are at most its diagonal each: so a counts twice. b is the bound far
+    from the eye, with the rounding of vertices to `GRID_PX`. If it is at most `LEFT_OUT_PX`, nothing is included. A
+    distance is at most w times the longest ray, or that of the farthest land for an orthographic camera.
+    """
+    of_clip_px, of_screen_px = _rounding_px(camera, size)
+    if camera.is_orthographic:
+        (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.quantised_m
+        corners = np.array([[0.0, 0.0, low_m], [east, north, high_m]])
+        over_w = math.hypot(*np.abs(corners - camera.eye).max(0)) + math.hypot(*camera.centre)
+    else:
+        over_w = math.hypot(1.0, *(np.abs(camera.centre) + camera.half_extent(size)))
+    far_px = of_clip_px * over_w + of_screen_px + GRID_PX
+    return (2.0 * of_clip_px, far_px, 0.0, 0.0) if far_px > LEFT_OUT_PX else (0.0,) * 4
 
 
 def mesh_rounding_px(
