@@ -154,6 +154,29 @@ def test_no_display_is_said_for_glfw():
     assert told.startswith("TerrainError") and "no display" in told and "apt install" in told
 
 
+LATER = """
+import ctypes
+import numpy as np
+import terrain_gl as tg
+from terrain_gl.gpu.current import current
+renderer = tg.Renderer(tg.Heightmap(np.zeros((9, 9)), 10.0), (16, 16))
+renderer.choose(tg.Camera.default(renderer.heightmap))
+library = ctypes.CDLL("libOSMesa.so.8")
+library.OSMesaCreateContext.restype = ctypes.c_void_p
+library.OSMesaMakeCurrent.argtypes = ctypes.c_void_p, ctypes.c_void_p, *[ctypes.c_int] * 3
+pixels = (ctypes.c_ubyte * 1024)()
+assert library.OSMesaMakeCurrent(library.OSMesaCreateContext(0x1908, None), pixels, 0x1401, 16, 16)
+before = current()
+renderer.choose(tg.Camera.default(renderer.heightmap))
+print(before == current(), type(before).__name__)
+"""
+
+
+def test_a_library_that_is_loaded_later_is_seen(osmesa):
+    """A renderer has entered its context before, and found that OSMesa is not there."""
+    assert run(LATER) == "True _OSMesa\n"
+
+
 LACKING = {"GALLIUM_DRIVER": "d3d12"}  # as WSL sets it
 
 

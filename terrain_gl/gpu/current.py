@@ -7,11 +7,12 @@ So we ask the library of the window system: EGL, GLX, WGL or OSMesa.
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import byref, c_int, c_uint, c_void_p
+from ctypes import byref, c_int, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar
@@ -24,21 +25,46 @@ from ..basics.exceptions import TerrainError
 _RESIDENT = getattr(os, "RTLD_NOLOAD", 0)  # only libraries that the process has loaded already
 _DRAW, _READ = 0x3059, 0x305A
 _UNSIGNED_BYTE = 0x1401
+_each_loaded = getattr(ctypes.pythonapi, "dl_iterate_phdr", None)  # of Linux and BSD
 
 
-@cache  # a library that is not there is looked for again
+def _note(info: Any, _: int, found: Any) -> int:
+    found[0] = info[4]  # dl_phdr_info.dlpi_adds, the same for all libraries
+    return 1
+
+
+_NOTE = ctypes.CFUNCTYPE(c_int, ctypes.POINTER(c_size_t), c_size_t, ctypes.POINTER(c_size_t))(_note)
+
+
+def _loads() -> float:
+    """How many libraries the process has loaded so far; NaN, which equals nothing, where the system does not tell."""
+    found = c_size_t()
+    if not _each_loaded:
+        return math.nan
+    _each_loaded(_NOTE, byref(found))
+    return found.value
+
+
+@cache
 def _function(library: str, name: str) -> Any:
     function = getattr(ctypes.CDLL(library, mode=_RESIDENT), name)
     function.restype = c_void_p
     return function
 
 
+_absent: dict[str, float] = {}  # libraries that were not there, and `_loads` then: to look takes 0.1 ms
+
+
 def _call(library: str, name: str, *arguments: Any) -> int:
     """Call a function of handles; 0 if the process has not loaded the library."""
+    if library in _absent and _absent.get(library) == _loads():
+        return 0
     try:
         function = _function(library, name)
     except (OSError, AttributeError):
+        _absent[library] = _loads()
         return 0
+    _absent.pop(library, None)
     return function(*[c_void_p(each) if isinstance(each, int) else each for each in arguments]) or 0
 
 
