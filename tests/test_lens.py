@@ -345,6 +345,20 @@ def test_exaggerated_pictures_of_a_parallel_view_have_higher_relief():
     assert high[0] > 10 and high[1] == pytest.approx(3 * high[0], abs=3)
 
 
+def test_both_kinds_of_camera_take_turns(ctx):
+    """Each has programs of its own, so what one renderer drew before changes nothing."""
+    heightmap = MAPS["odd"]()
+    middle = (*np.divide(heightmap.extent_m, 2), 0.0)
+    eye = tuple(np.add(middle, (500.0, -3000.0, 2500.0)))
+    views = Camera(eye, middle, 45.0), Camera.orthographic(eye, middle, 3000.0)
+    pictures = []
+    for order in (1, -1):
+        with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
+            drawn = [renderer.render(view, 2.0, style="lambert").image for view in views[::order]][::order]
+        pictures.append([each.tobytes() for each in drawn])
+    assert pictures[0] == pictures[1] and len(set(pictures[0])) == 2
+
+
 def test_depths_of_a_parallel_view_do_not_leave_their_range():
     heightmap = MAPS["odd"]()
     for camera in cameras_over(heightmap, np.random.default_rng(3)):

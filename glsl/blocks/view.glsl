@@ -49,8 +49,10 @@ vec2 post_from_eye_m(ivec2 post) {
     return vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m;
 }
 
-bool is_orthographic() { return u_depth_span_m > 0.0; }
-
+#ifndef PARALLEL  // each kind of camera has shading programs of its own: every pixel asks
+#define PARALLEL (u_depth_span_m > 0.0)
+#endif
+bool is_orthographic() { return PARALLEL; }
 // What x and y are divided by, at a view depth.
 float w_at(float z) { return is_orthographic() ? 1.0 : z; }
 

@@ -82,6 +82,11 @@ class ViewBlock:
         return self._values["eye_post"], self._values["eye_offset_m"], self._values["eye_z_m"]
 
     @property
+    def is_orthographic(self) -> bool:
+        """Whether the rays are parallel."""
+        return bool(self._values["depth_span_m"])
+
+    @property
     def focal_px(self) -> float:
         """Pixels per unit of y/w."""
         return float(self._values["focal_px"])

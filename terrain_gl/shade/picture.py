@@ -121,7 +121,7 @@ class Picture:
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums, self.lighting = light_of(self.terrain)
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
-        self.programs = PixelPasses(self.ctx, self.samples, self.terrain.defines)
+        self.programs = PixelPasses(self.view, self.samples, self.terrain.defines)
         self._targets: list[Any] = []
         self._shaded: tuple[Look, int] = (PLAIN, surroundings.NONE)  # the last look, and the surroundings in it
         self.resize(size)

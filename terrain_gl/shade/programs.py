@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import moderngl
 
+from ..camera.view import ViewBlock
 from ..gpu.passes import ComputePass, DrawPass, Resources, State
 from ..gpu.shaders import Defines
 from . import surroundings
@@ -41,11 +42,12 @@ class Wanted(NamedTuple):
 
 
 class PixelPasses:
-    """The passes over a picture's pixels, which have a number of samples; `defines` are the macros of its map."""
+    """The passes over the pixels of a view, which have a number of samples; `defines` are the macros of the map."""
 
-    def __init__(self, ctx: moderngl.Context, samples: int, defines: Defines) -> None:
-        self.ctx = ctx
+    def __init__(self, view: ViewBlock, samples: int, defines: Defines) -> None:
+        self.ctx = view.block.ctx
         self.samples = samples
+        self._view = view
         self._defines = defines
         self._made: dict[tuple[object, ...], ComputePass | DrawPass] = {}
 
@@ -73,7 +75,7 @@ class PixelPasses:
         light, _, wet, edge, *extras = wanted
         if edge:  # then an eye that crosses the map's rim needs only a new program of shade/kind.frag, which is small
             edge = surroundings.OF_KIND.get(kind, edge)
-        key = fragment, kind, wet, edge, *extras, *light.values()
+        key = fragment, kind, self._view.is_orthographic, wet, edge, *extras, *light.values()
         if key not in self._made:
             self._made[key] = self._compiled(fragment, kind, wanted._replace(edge=edge))
         return self._made[key]
@@ -82,6 +84,7 @@ class PixelPasses:
         defines: dict[str, object] = {"SAMPLES": self.samples, "WATER": wanted.wet, "PIXELS": KINDS[kind]}
         defines |= {"EDGE": wanted.edge, "GRAIN": wanted.grained, "CONTOURS": wanted.contours, **wanted.light}
         defines |= ({"EXACT": 1} if wanted.exact else {}) | {"CLEAR": wanted.clear}
+        defines["PARALLEL"] = "true" if self._view.is_orthographic else "false"
         defines |= self._defines
         if kind == "MIXED":
             return ComputePass(self.ctx, fragment, defines | {"LISTED": 1})
