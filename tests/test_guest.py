@@ -1,5 +1,6 @@
 """A good guest: in contexts, threads and processes of others, pictures are right and everything is as it was."""
 
+import contextlib
 import ctypes
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -8,6 +9,7 @@ import moderngl
 import numpy as np
 import pytest
 from maps import rough
+from test_draw_into import look_at, perspective
 from test_renderer import in_turns
 
 import terrain_gl as tg
@@ -91,10 +93,13 @@ DIRT = {
     **{name: enable(number) for name, number in state.SWITCHES.items() if name != "MULTISAMPLE"},
     "no multisampling": lambda dirt: dirt.call("glDisable", state.SWITCHES["MULTISAMPLE"]),
     "no dither": lambda dirt: dirt.call("glDisable", state.SWITCHES["DITHER"]),
+    "no depth test": lambda dirt: dirt.call("glDisable", state.SWITCHES["DEPTH_TEST"]),
     "wireframe": lambda dirt: setattr(dirt.ctx, "wireframe", True),
     "clockwise fronts": lambda dirt: setattr(dirt.ctx, "front_face", "cw"),
     "culled fronts": lambda dirt: (setattr(dirt.ctx, "cull_face", "front"), dirt.ctx.enable(moderngl.CULL_FACE)),
     "polygon offset": lambda dirt: setattr(dirt.ctx, "polygon_offset", (3.0, 1000.0)),
+    "offset of points": lambda dirt: (dirt.call("glEnable", 0x2A01), dirt.call("glPolygonOffset", 30.0, 1e5)),
+    "offset of lines": lambda dirt: (dirt.call("glEnable", 0x2A02), dirt.call("glPolygonOffset", 30.0, 1e5)),
     "scissor": lambda dirt: (dirt.call("glEnable", 0x0C11), dirt.call("glScissor", 1, 2, 3, 4)),
     "one viewport": lambda dirt: dirt.call("glViewportIndexedf", 3, 1.0, 2.0, 3.0, 4.0),
     "viewport": lambda dirt: dirt.call("glViewport", 5, 6, 7, 8),
@@ -113,6 +118,9 @@ DIRT = {
     "patch vertices": lambda dirt: setattr(dirt.ctx, "patch_vertices", 4),
     "logic op": lambda dirt: (dirt.call("glEnable", 0x0BF2), dirt.call("glLogicOp", 0x150A)),
     "stencil": lambda dirt: (dirt.call("glEnable", 0x0B90), dirt.call("glStencilFunc", 0x0200, 0, 255)),
+    "sample coverage": lambda dirt: (dirt.call("glEnable", 0x80A0), dirt.call("glSampleCoverage", 0.0, 0)),
+    "sample shading": lambda dirt: (dirt.call("glEnable", 0x8C36), dirt.call("glMinSampleShading", 1.0)),
+    "primitive restart": lambda dirt: (dirt.call("glEnable", 0x8F9D), dirt.call("glPrimitiveRestartIndex", 5)),
     "sample mask": lambda dirt: (dirt.call("glEnable", 0x8E51), dirt.call("glSampleMaski", 0, 0)),
     "framebuffer": lambda dirt: dirt.framebuffer.use(),
     "everything bound": Dirt.bind_everything,
@@ -171,7 +179,34 @@ def test_every_state_may_be_dirty_and_is_the_same_afterwards(shared, ctx, camera
         ctx.wireframe, ctx.front_face, ctx.cull_face, ctx.polygon_offset = False, "ccw", "back", (0.0, 0.0)
 
 
-NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture without them
+def with_method(renderer, camera):
+    """A mesh with indices."""
+    return renderer.render(camera, method="clipmap").image.tobytes()
+
+
+def with_bar(renderer, camera):
+    """A picture whose first pass writes alpha."""
+    return renderer.render(camera, 1.0, style="error").image.tobytes()
+
+
+def drawn_into(renderer, camera):
+    """The colours of a framebuffer of the caller with the format sRGB and a stencil."""
+    ctx, names = renderer.ctx, (ctypes.c_uint * 1)()
+    target = ctx.framebuffer([ctx.texture(SIZE, 4, internal_format=0x8C43)], ctx.depth_texture(SIZE))
+    call = Dirt(ctx).call
+    gl.function(ctx, "glGenRenderbuffers", None, ctypes.c_int, ctypes.c_void_p)(1, names)
+    call("glBindRenderbuffer", 0x8D41, names[0])
+    call("glRenderbufferStorage", 0x8D41, 0x88F0, *SIZE)
+    call("glBindFramebuffer", 0x8D40, target.glo)
+    call("glFramebufferRenderbuffer", 0x8D40, 0x821A, 0x8D41, names[0])  # in the place of the depth texture
+    target.clear(depth=1.0)
+    renderer.draw_into(target, look_at(camera.eye, camera.target), perspective(60.0, SIZE, 1.0, 5000.0), 1.0)
+    found = target.read(components=4)
+    target.release()
+    return found
+
+
+NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture without them, or a scene of its own
     "BindFramebuffer": "framebuffer",
     "BlendEquation": "blending",
     "BlendFuncSeparate": "blending",
@@ -190,29 +225,29 @@ NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture wit
     0x0BE2: "blending",
     0x0C11: "scissor",
     **{state.SWITCHES[name]: name for name in ("CULL_FACE", "RASTERIZER_DISCARD", "SAMPLE_ALPHA_TO_COVERAGE")},
-    state.SWITCHES["CLIP_DISTANCE4"]: "CLIP_DISTANCE4",
+    **{state.SWITCHES[f"CLIP_DISTANCE{i}"]: f"CLIP_DISTANCE{i}" for i in (4, 5)},
     state.SWITCHES["COLOR_LOGIC_OP"]: "logic op",
     state.SWITCHES["POLYGON_OFFSET_FILL"]: "polygon offset",
     state.SWITCHES["MULTISAMPLE"]: "no multisampling",
     state.SWITCHES["SAMPLE_MASK"]: "sample mask",
+    state.SWITCHES["DEPTH_TEST"]: "no depth test",
+    state.SWITCHES["POLYGON_OFFSET_POINT"]: "offset of points",
+    state.SWITCHES["POLYGON_OFFSET_LINE"]: "offset of lines",
+    state.SWITCHES["SAMPLE_COVERAGE"]: "sample coverage",
+    state.SWITCHES["SAMPLE_SHADING"]: "sample shading",
+    state.SWITCHES["PRIMITIVE_RESTART"]: ("primitive restart", with_method),
+    state.SWITCHES["SAMPLE_ALPHA_TO_ONE"]: ("SAMPLE_ALPHA_TO_ONE", with_bar),
+    state.SWITCHES["STENCIL_TEST"]: ("stencil", drawn_into),
+    state.SWITCHES["FRAMEBUFFER_SRGB"]: ("FRAMEBUFFER_SRGB", drawn_into),
 }
 
-UNSEEN = {  # switches that change no picture of ours on llvmpipe, and why
-    "DEPTH_TEST": "where it is off, the depth function is ALWAYS",
-    "DEPTH_CLAMP": "draws without it are pixels of a screen, with depths from 0 to 1",
-    "STENCIL_TEST": "our framebuffers have no stencil",
-    "POLYGON_OFFSET_POINT": "no polygon is drawn as points",
-    "POLYGON_OFFSET_LINE": "no polygon is drawn as lines",
-    "LINE_SMOOTH": "no lines are drawn, only narrow triangles",
-    "POLYGON_SMOOTH": "it has no effect with several samples a pixel",
-    "PRIMITIVE_RESTART": "draws have no indices",
-    "PRIMITIVE_RESTART_FIXED_INDEX": "draws have no indices",
-    "SAMPLE_ALPHA_TO_ONE": "targets with several samples have no alpha",
-    "SAMPLE_COVERAGE": "its share is 1 unless it is set",
-    "SAMPLE_SHADING": "each sample of a pixel would get the same value",
-    "DITHER": "llvmpipe does not dither",
-    "FRAMEBUFFER_SRGB": "no target has an sRGB format",
-    **{f"CLIP_DISTANCE{i}": "no shader writes it: it is undefined, and may cut nothing" for i in (0, 1, 2, 3, 5, 6, 7)},
+UNSEEN = {  # switches that change no bytes on llvmpipe, in no scene, on or off; and why other drivers need them
+    "DEPTH_CLAMP": "a depth extrapolated to below 0 would be the sky: docs/guarantee.md, section 5",
+    "LINE_SMOOTH": "no lines are drawn; with wireframe left on, llvmpipe may crash",
+    "PRIMITIVE_RESTART_FIXED_INDEX": "no index of a map is 2³² - 1; a program's window may have one of 2¹⁶ - 1",
+    "POLYGON_SMOOTH": "drivers may smooth polygons where there is one sample a pixel",
+    "DITHER": "drivers may dither",
+    **{f"CLIP_DISTANCE{i}": "it is undefined where a shader does not write it" for i in (0, 1, 2, 3, 6, 7)},
 }
 
 
@@ -237,8 +272,9 @@ class Lacking:
 
 @pytest.mark.parametrize("lacks", NEEDED)
 def test_without_a_state_that_passes_set_dirt_spoils_the_picture(ctx, land, camera, cleaned, monkeypatch, lacks):
+    dirt, scene = needed if isinstance(needed := NEEDED[lacks], tuple) else (needed, seen)
     with tg.Renderer(land, SIZE, ctx=ctx) as renderer:
-        expected = seen(renderer, camera)
+        expected = scene(renderer, camera)
         set_all, whole = passes._set, passes.calls
 
         def set_most(ctx, asked):
@@ -247,8 +283,32 @@ def test_without_a_state_that_passes_set_dirt_spoils_the_picture(ctx, land, came
                 set_all(ctx, asked)
 
         monkeypatch.setattr(passes, "_set", set_most)
-        DIRT[NEEDED[lacks]](Dirt(ctx))
-        assert seen(renderer, camera) != expected
+        DIRT[dirt](Dirt(ctx))
+        assert scene(renderer, camera) != expected
+
+
+def full_life(land, ctx, camera):
+    """What a renderer writes and reads: a picture, its mesh and error, and an edited map in floats."""
+    with tg.Renderer(land, SIZE, ctx=ctx) as renderer:
+        found = seen(renderer, camera)
+        renderer.edit(slice(20, 30), slice(14, 25), 12.0)
+        return found, renderer.render(camera, 1.0, exact=True).image.tobytes()
+
+
+@pytest.mark.parametrize(
+    "unset", ["PIXEL_UNPACK_BUFFER_BINDING", "UNPACK_SWAP_BYTES", "UNPACK_ROW_LENGTH", "PACK_SWAP_BYTES"]
+)
+def test_without_a_rule_for_pixels_dirt_spoils_maps_or_pictures(ctx, land, camera, cleaned, monkeypatch, unset):
+    """Not tried: numbers with which drivers read or write beyond the memory of the pixels."""
+    expected, dirt, rules = full_life(land, ctx, camera), Dirt(ctx), dict(state.PIXELS)
+    _, name, *before = rules.pop(unset)
+    value = dirt.buffer.glo if "BINDING" in unset else 1 if "SWAP" in unset else 7
+    dirt.call(f"gl{name}", *before, value)
+    monkeypatch.setattr(state, "PIXELS", rules)
+    with contextlib.suppress(TerrainError, moderngl.Error, FloatingPointError):
+        assert full_life(land, ctx, camera) != expected
+    assert ctx.error in ("GL_NO_ERROR", "GL_INVALID_OPERATION")  # of a buffer without room
+    dirt.call(f"gl{name}", *before, 0)
 
 
 def test_all_states_may_be_dirty_at_once(shared, ctx, camera, cleaned):
