@@ -229,7 +229,8 @@ def test_check_is_never_below_measure(ctx, name, sample, monkeypatch):
             east, north = heightmap.spacing_m
             tops_m = above_m.reshape(-1) + float(renderer.terrain.base_m)
             places = np.stack([col * east, (heightmap.rows - 1 - row) * north, tops_m], -1)
-            mesh = places, np.arange(len(places)).reshape(-1, 3)
+            shared, number = np.unique(places, axis=0, return_inverse=True)  # as in a file that is read
+            mesh = shared, number.reshape(-1, 3)
             found = check(mesh, heightmap, camera, SIZE).error_px
             achieved_px = renderer.measure()["max_error_px"]
             assert found.surface >= achieved_px * (1 - 1e-5), (view, px)  # the GPU subtracts in float32
