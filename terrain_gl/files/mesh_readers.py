@@ -99,8 +99,8 @@ def _ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
             if (table["n"] != most).any():
                 raise ValueError("faces of different numbers of corners are not read from binary files")
             at += count * record.itemsize
-            fans = [table["corners"][:, [0, i, i + 1]] for i in range(1, most - 1)]
-            faces = np.concatenate(fans or [np.zeros((0, 3))]).astype(np.int64)
+            parts = [table["corners"][:, [0, i, i + 1]] for i in range(1, most - 1)]
+            faces = np.concatenate(parts or [np.zeros((0, 3))]).astype(np.int64)
     return places, faces
 
 
