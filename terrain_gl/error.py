@@ -31,6 +31,22 @@ _BUFFERS = ("nodes", "ranges", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
 
+def sizes(levels: Sequence[Level]) -> dict[str, int]:
+    """Bytes of each buffer of `ErrorTables`, by its name."""
+    last = levels[-1]
+    coarse = levels[FINE_LEVELS + 1 :]
+    nodes = last.first_node + last.nodes
+    tiles = last.first_count // layout.CLASS_WORDS + 1
+    return {
+        "nodes": nodes * layout.NODE.itemsize,
+        "ranges": nodes * layout.NODE_RANGE.itemsize,
+        "counters": tiles * layout.CLASS_WORDS * 4,
+        "squares": tiles * 8,
+        "blocks": levels[FINE_LEVELS].nodes * len(coarse) * GATHERED_BYTES if coarse else GATHERED_BYTES,
+        "cuts": 4 * CUT_BYTES * max(1, sum(level.nodes for level in coarse)),
+    }
+
+
 class ErrorTables:
     """The tables of one terrain, in GPU buffers.
 
@@ -51,6 +67,13 @@ class ErrorTables:
         values.
     """
 
+    nodes: moderngl.Buffer
+    ranges: moderngl.Buffer
+    counters: moderngl.Buffer
+    squares: moderngl.Buffer
+    blocks: moderngl.Buffer
+    cuts: moderngl.Buffer
+
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
@@ -62,25 +85,11 @@ class ErrorTables:
             self.build()
 
     def _reserve(self) -> None:
-        levels = self.terrain.levels
-        last = levels[-1]
-        coarse = levels[FINE_LEVELS + 1 :]
-        nodes = last.first_node + last.nodes
-        tiles = last.first_count // layout.CLASS_WORDS + 1
-        blocks = levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
         with ExitStack() as made:  # if memory does not suffice for all buffers, release the ones that were made
-
-            def reserve(size: int, what: str) -> moderngl.Buffer:
-                buffer = gl.reserve(self.ctx, size, what)
+            for name, size in sizes(self.terrain.levels).items():
+                buffer = gl.reserve(self.ctx, size, f"a table of {name}")
                 made.callback(buffer.release)
-                return buffer
-
-            self.nodes = reserve(nodes * layout.NODE.itemsize, "an error table")
-            self.ranges = reserve(nodes * layout.NODE_RANGE.itemsize, "a table of height ranges")
-            self.counters = reserve(tiles * layout.CLASS_WORDS * 4, "a table of counters")
-            self.squares = reserve(tiles * 8, "a table of squared errors")
-            self.blocks = reserve(blocks * GATHERED_BYTES, "a table of blocks")
-            self.cuts = reserve(4 * CUT_BYTES * max(1, sum(level.nodes for level in coarse)), "a table of edges")
+                setattr(self, name, buffer)
             made.pop_all()
 
     @property

@@ -25,12 +25,13 @@ from maps import (
 
 import terrain_gl as tg
 from terrain_gl.camera import Camera, screen_shift_px
+from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap, bilinear
 from terrain_gl.mesh import captured_triangles, vertex_heights
 from terrain_gl.shade.picture import UNLIT
 from terrain_gl.verify.check import check_mesh
 from terrain_gl.verify.holes import count_holes
-from terrain_gl.verify.measure import PLACES, _parts_in_picture, _regions_in_picture, places_of, truth_m
+from terrain_gl.verify.measure import PLACES, Measurement, _parts_in_picture, _regions_in_picture, places_of, truth_m
 
 ASKED_PX = (0.5, 2.0)
 METRICS = ("max", "rms")
@@ -84,6 +85,26 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, name):
         # vertices between posts and the result are float32
         slack = 1e-7 * np.abs(expected[known]) + 2.0**-20 * np.ptp(relief)
         assert (np.abs(got[known] - expected[known]) <= slack).all(), view
+
+
+def test_what_measuring_loses_is_far_below_a_float(ctx, monkeypatch):
+    """A few large triangles over a steep plane have no error: at most 2^-40 of the relief (precision.md, section 4).
+
+    Floats instead of pairs of floats lose about 2^-24 of it.
+    """
+    y, x = np.indices((257, 257))
+    scene = Scene.of(ctx, Heightmap(97.015625 * x - 61.046875 * y, 10.0))
+    selection = scene.select(Camera((1280.0, 1280.0, 90_000.0), (1280.0, 1281.0, 0.0)), 1000.0, cull=False)
+    assert selection.triangles < 200
+    most_m = 2.0**-40 * np.ptp(scene.heightmap.heights)
+    assert np.abs(measured_m(scene.measurement, selection, (1281, 1281))).max() <= most_m
+    text = shaders._text
+    rests = ("rest = (a -", "rest = 0.0 * (a -"), ("rest = product.y +", "rest = 0.0 * product.y +")
+    monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace(*rests[0]).replace(*rests[1]))
+    coarse = Measurement(scene.terrain)
+    assert np.abs(measured_m(coarse, selection, (1281, 1281))).max() > 1000 * most_m
+    coarse.release()
+    scene.release()
 
 
 def test_the_surface_is_measured_between_the_posts_too(ctx):

@@ -428,6 +428,45 @@ def test_squares_are_not_rounded_down():
     assert not squares_are_right(text.replace("(1.0 + exp2(-18.0)), high", "(1.0 - exp2(-22.0)), high"))
 
 
+# --- Pairs of floats: precision.md, section 4 ---------------------------------------------------------------------------
+
+
+def as_fractions(pair):
+    return [Fraction(float(x)) + Fraction(float(rest)) for x, rest in zip(*np.broadcast_arrays(*pair), strict=True)]
+
+
+def pairs_are_exact(text, n=3000):
+    """Areas of integers below 2^21 are exact; sums, products and quotients of pairs lose at most 2^-44 of their size."""
+    rng = np.random.default_rng(8)
+    of = Evaluator(text, Floats())
+    with np.errstate(all="ignore"):
+        corners = [[np.float32(rng.integers(-(2**21), 2**21, n)) for _ in "xy"] for _ in "ab"]
+        (ax, ay), (bx, by) = ([[int(v) for v in axis] for axis in corner] for corner in corners)
+        areas = as_fractions(of.call("doubled_area", *corners))
+        exact = [x * v - y * u for x, y, u, v in zip(ax, ay, bx, by, strict=True)]
+        heights = np.float32(rng.uniform(-9000, 9000, (4, n)) * 2.0 ** rng.integers(-12, 1, (4, n)))
+        a, b = (of.call("sum_of", *heights[k : k + 2]) for k in (0, 2))
+        ones, others = as_fractions(a), as_fractions(b)
+        of_b = (Fraction(float(p)) + Fraction(float(q)) for p, q in zip(*heights[2:], strict=True))
+        lost = [abs(x - y) for x, y in zip(others, of_b, strict=True)]
+        for name, right, size in (
+            ("plus", lambda x, y: x + y, lambda x, y: max(abs(x), abs(y))),
+            ("times", lambda x, y: x * y, lambda x, y: abs(x * y)),
+            ("over", lambda x, y: x / y, lambda x, y: abs(x / y)),
+        ):
+            got = as_fractions(of.call(name, a, b))
+            off = (abs(g - right(x, y)) / size(x, y) for g, x, y in zip(got, ones, others, strict=True))
+            lost.append(max(off) - Fraction(1, 2**44))
+    return areas == exact and max(lost) <= 0
+
+
+def test_pairs_of_floats_are_exact_enough():
+    text = source("mesh/error.frag")
+    assert pairs_are_exact(text)
+    for piece in ("(a - (sum - of_b)) + (b - of_b)", "(a.x * b.y + a.y * b.x)", "a_low * b_low", "remainder.x / b.x"):
+        assert piece in text and not pairs_are_exact(text.replace(piece, "0.0"), 300), piece
+
+
 # --- Integers: guarantee.md, sections 3 to 5 --------------------------------------------------------------------------
 
 

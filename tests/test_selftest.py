@@ -23,6 +23,7 @@ WRONG = {  # what a wrong driver might do, as a change of the kernel's text; wor
         "both = float(double(o.x) * double(o.y) + double(o.z))",
         "declared precise",
     ),
+    "a rest that is simplified": ("(o.x - (sum - of_y)) + (o.y - of_y)", "0.0", "reorders sums"),
     "a coarse quotient": ("o.x / o.w", "o.x * 1.00001 / o.w", "computes quotients"),
     "a reciprocal off by one": ("o.x / o.w", "o.x / o.w * (1.0 + exp2(-23.0))", "powers of two that are not exact"),
     "a coarse power": ("exp2(-o.w)", "exp2(-o.w) * 1.00001", "computes powers of two"),

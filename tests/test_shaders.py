@@ -156,6 +156,13 @@ def test_kernels_are_told_how_long_a_buffer_is():
     assert not asking
 
 
+def test_no_shader_has_a_double():
+    """Compilers of some cards emulate doubles, by tens of thousands of instructions."""
+    double = re.compile(r"\b(?:double|d(?:vec|mat)\d\w*)\b|\d\.?[lL][fF]\b")
+    assert [path for path in ENTRIES if double.search(shaders.source(path))] == []
+    assert all(map(double.search, ("double a;", "dvec2(a)", "a = 0.5LF;")))
+
+
 def test_a_stage_has_no_more_storage_blocks_than_every_driver_has():
     """OpenGL 4.3 guarantees 8 blocks in a compute shader, and 8 places."""
     block, most = re.compile(r"layout\(std430, binding = (\d+)\)[^{;]*\bbuffer\s+(\w+)"), 0

@@ -41,7 +41,6 @@ class StoreOptions:
     memory: int = 0  # MiB
     edits: str | None = None
     no_cache: bool = True
-    pays_times: int = 1
 
 
 @dataclass(frozen=True)

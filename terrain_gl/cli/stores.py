@@ -25,12 +25,8 @@ from . import options, report, values
 from .records import DrawOptions, MapOptions, StoreOptions
 
 
-def add_options(command: options.Options, pays_times: int = 1) -> None:
-    """Add the options of commands whose map may be a store.
-
-    The command draws a raster from a store if it has at least `pays_times` times `cache.PAYS_POSTS` posts.
-    """
-    command.set_defaults(pays_times=pays_times)
+def add_options(command: options.Options) -> None:
+    """Add the options of commands whose map may be a store."""
     group = command.add_argument_group("store")
     what = "of a store: MiB of GPU memory for tiles (default: 512)"
     group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
@@ -93,7 +89,7 @@ def _of_raster(
     asked: DrawOptions, posts: tuple[int, int], show: Callable[[float], None] | None = None
 ) -> StoredMap | None:
     """The store of a large raster, made at first use; None if the raster is to be held in memory."""
-    if not _pays(asked, posts):
+    if not _pays(posts):
         return None
     name, reading, spacing_m = asked.map.source
     rows, cols = posts
@@ -127,7 +123,7 @@ def sample_meanwhile(asked: DrawOptions) -> Heightmap | None:
     """A coarse sample of a raster, to show while its store is made; None if no store must be made."""
     if asked.store.no_cache or not os.path.isfile(asked.map.name):
         return None
-    pays = _pays(asked, posts_of(asked.map.name, asked.map.reading))
+    pays = _pays(posts_of(asked.map.name, asked.map.reading))
     if not pays or _lacks(asked.frame) or not cache.is_possible() or cache.has(*asked.map.source):
         return None
     try:
@@ -136,10 +132,10 @@ def sample_meanwhile(asked: DrawOptions) -> Heightmap | None:
         return None
 
 
-def _pays(asked: DrawOptions, posts: tuple[int, int]) -> bool:
+def _pays(posts: tuple[int, int]) -> bool:
     """Whether a store of a raster of so many posts saves time, or is needed."""
     rows, cols = posts
-    return rows * cols >= asked.store.pays_times * cache.PAYS_POSTS or is_too_large(rows, cols)
+    return rows * cols >= cache.PAYS_POSTS or is_too_large(rows, cols)
 
 
 def may_be_held(heightmap: Heightmap) -> bool:

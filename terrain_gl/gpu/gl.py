@@ -31,12 +31,20 @@ _LIMITS = {
     "storage_block_bytes": 0x90DE,
     "storage_blocks": 0x90DD,
     "compute_storage_blocks": 0x90DB,
+    "fragment_storage_blocks": 0x90DA,
     "uniform_block_bytes": 0x8A30,
     "tess_level": 0x8E7E,
     "patch_vertices": 0x8E7D,
     "samples": 0x8D57,
     "renderbuffer_size": 0x84E8,
     "texture_buffer_texels": 0x8C2B,
+    "compute_images": 0x91BD,
+    "fragment_images": 0x90CE,
+    "image_units": 0x8F38,
+    "compute_textures": 0x91BC,
+    "fragment_textures": 0x8872,
+    "compute_invocations": 0x90EB,
+    "shared_bytes": 0x8262,
 }
 
 
@@ -98,7 +106,7 @@ def reserve(ctx: moderngl.Context, size: int, what: str) -> moderngl.Buffer:
     if size > most:
         raise TerrainError(
             f"{what} of {size >> 20} MiB is more than this driver's storage blocks hold ({most >> 20} MiB);"
-            " use a smaller map"
+            " draw the map from a store (terrain-gl build)"
         )
     return ctx.buffer(reserve=size)
 

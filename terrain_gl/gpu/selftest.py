@@ -1,9 +1,9 @@
-"""Before the first picture, find out whether the driver computes wrongly, and say what to do.
+"""Before the first picture, find out whether the driver's limits are too low or it computes wrongly, and say so.
 
 A certificate is only as good as the arithmetic under it. So each driver has to pass these tests, once in a process:
 summed-area tables of several sizes, made by the same kernels, whose loops then have other bounds; rounding to nearest;
-products and sums that `precise` keeps apart; quotients, square roots and powers of two as close as the bounds assume
-(docs/precision.md, section 4); the triangles of tessellated patches (`pattern`).
+products and sums that `precise` keeps apart and in order; quotients, square roots and powers of two as close as the
+bounds assume (docs/precision.md, section 4); the triangles of tessellated patches (`pattern`).
 """
 
 import os
@@ -13,6 +13,7 @@ import moderngl
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from . import gl, needs
 from .passes import ComputePass, Resources
 from .pattern import wrong_pattern
 
@@ -21,6 +22,7 @@ PHASES = ("reduce", "scan", "propagate")  # of prefix sums: glsl/sat
 STRIP = 4  # words that one thread of a phase adds up
 SIZES = ((64, 64), (300, 1), (1, 300))  # columns and rows: for the last, zink may take the loop bound of the first
 OPERANDS = 256
+RESULTS = 7  # of each operand: glsl/driver/selftest.comp
 POWERS = 8  # operands that are powers of two, from 1/8 to 16
 QUOTIENT = 3 * 2.0**-23  # largest relative error: GLSL allows 2.5 units in the last place
 POWER = 2.0**-19  # class limits are compared with a slack of 2^-18
@@ -32,19 +34,19 @@ _passed: set[tuple[str, str]] = set()
 
 
 def check_driver(ctx: moderngl.Context) -> None:
-    """Compare what the current context's driver computes with the CPU.
+    """Compare the limits of the current context's driver with our needs, and what it computes with the CPU.
 
     Raises
     ------
     TerrainError
-        The driver computes something wrongly; one line says what, and what to do.
+        A limit is too low, or the driver computes something wrongly; one line says what, and what to do.
     """
     driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
     if driver in _passed:
         return
     if inlines_uniforms(driver[0]):
         raise TerrainError(f"{driver[0]}: this driver may take loop bounds of an earlier run; set {_INLINE}=0")
-    wrong = next(faults(ctx), None)
+    wrong = "; ".join(needs.lacking(gl.limits(ctx))) or next(faults(ctx), None)
     if wrong:
         raise TerrainError(f"{driver[0]}: {wrong}; {_ADVICE}")
     _passed.add(driver)
@@ -108,22 +110,24 @@ def _wrong_operations(ctx: moderngl.Context) -> Iterator[str]:
     operands = _operands()
     kernel = ComputePass(ctx, KERNEL)
     given = ctx.buffer(operands.tobytes())
-    results = ctx.buffer(reserve=OPERANDS * 6 * 4)
+    results = ctx.buffer(reserve=OPERANDS * RESULTS * 4)
     kernel.run((OPERANDS // 64, 1, 1), {"Operands": given, "Results": results})
     ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-    got = np.frombuffer(results.read(), "f4").reshape(-1, 6)
+    got = np.frombuffer(results.read(), "f4").reshape(-1, RESULTS)
     for resource in (kernel, given, results):
         resource.release()
     x, y, z, w = operands.T
     if (got[:, :2] != np.stack([x + y, x * y], -1)).any():
         yield "this driver does not round to the nearest float"
-    if (got[:, 2] != x * y + z).any():
+    if (got[:, 2] != x.astype("f8") + y - (x + y)).any():
+        yield "this driver reorders sums and differences that are declared precise"
+    if (got[:, 3] != x * y + z).any():
         yield "this driver fuses a product and a sum that are declared precise"
     exact = np.stack([x / w.astype("f8"), np.exp2(-w.astype("f8")), np.sqrt(w.astype("f8"))], -1)
-    off = np.abs(got[:, 3:] / exact - 1).max(0)
+    off = np.abs(got[:, 4:] / exact - 1).max(0)
     limits = {"quotients": QUOTIENT, "powers of two": POWER, "square roots": ROOT}
     for (name, most), error in zip(limits.items(), off, strict=True):
         if not error <= most:
             yield f"this driver computes {name} with a relative error of {error:.1e}, more than {most:.1e}"
-    if (got[:POWERS, 3] != 1 / w[:POWERS]).any():
+    if (got[:POWERS, 4] != 1 / w[:POWERS]).any():
         yield "this driver computes reciprocals of powers of two that are not exact"

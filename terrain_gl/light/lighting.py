@@ -53,16 +53,23 @@ class Version(NamedTuple):
         return cls(path, state.st_mtime_ns, state.st_size)
 
 
+def tables_of(cols: int, rows: int) -> dict[str, Table]:
+    """The tables that light needs for a map in memory, by their names in messages."""
+    return {
+        "tables of lobes": lobe_table(cols, rows),
+        "tables of sunlight": sun_table(cols, rows),
+        "sums of heights": Table(cols, rows),
+        "tables of the visible sky": sky_table(cols, rows, len(SKY_AXES)),
+    }
+
+
 def check_room(ctx: moderngl.Context, heightmap: Heightmap) -> None:
     """Raise `TerrainError` if the light's tables of a map are more than this driver's storage blocks hold."""
-    cols, rows = heightmap.cols, heightmap.rows
-    tables = {"tables of lobes": lobe_table(cols, rows), "tables of sunlight": sun_table(cols, rows)}
-    tables |= {"sums of heights": Table(cols, rows), "tables of the visible sky": sky_table(cols, rows, len(SKY_AXES))}
-    for what, table in tables.items():
-        most = gl.storage_block_bytes(ctx)
+    most = gl.storage_block_bytes(ctx)
+    for what, table in tables_of(heightmap.cols, heightmap.rows).items():
         if 4 * table.words > most:
             takes = f"take {4 * table.words >> 20} MiB, and this driver's storage blocks hold {most >> 20}"
-            advice = "use a smaller map, or --style lambert"
+            advice = "draw it from a store (terrain-gl build), or give --style lambert"
             raise TerrainError(f"{heightmap.name}: needs light, whose {what} {takes}: {advice}")
 
 

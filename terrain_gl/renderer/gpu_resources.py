@@ -131,7 +131,7 @@ class GpuResources:
         if isinstance(heightmap, PagedMap):
             return self.session.needs_memory(f"{heightmap.name}: needs", heightmap.gpu_bytes, "give less --gpu-memory")
         what = f"{heightmap.name}: its {posts} posts need"
-        return self.session.needs_memory(what, 16 * posts, "use a smaller map")
+        return self.session.needs_memory(what, 16 * posts, "draw it from a store (terrain-gl build)")
 
     def _memory_for_picture(self, size: Size) -> AbstractContextManager[None]:
         what = f"a picture of {size[0]}x{size[1]} needs"

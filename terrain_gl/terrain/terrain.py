@@ -66,7 +66,8 @@ class Terrain:
         most = gl.limits(ctx)["texture_size"]
         if max(size) > most:
             raise TerrainError(
-                f"{heightmap.name}: {size[0]}x{size[1]} posts, but this GPU's textures end at {most}: use a smaller map"
+                f"{heightmap.name}: {size[0]}x{size[1]} posts, but this GPU's textures end at {most}:"
+                " draw it from a store (terrain-gl build)"
             )
         self.levels = layout.levels_over(*size, least_top)
         self.heights = gl.texel_texture(self.ctx, size, "f4")

@@ -60,11 +60,15 @@ def file_opener(path: str) -> Opener:
         raster = open_raster(path) if os.path.isfile(path) else None
         rows, cols = raster.shape[:2] if raster else (0, 0)
         huge = is_too_large(rows, cols)
-        pays = rows * cols >= cache.PAYS_POSTS and raster is not None and raster.has_windows and cache.is_possible()
-        if huge or pays:
+        pays = rows * cols >= cache.PAYS_POSTS and cache.is_possible()
+        if huge or (pays and raster is not None and raster.has_windows):
             few, offer = sample(path, Reading())
             seen = _first_seen(few, path)
             return replace(seen, offer=offer) if huge else replace(seen, rest=partial(_from_cache, path))
+        if pays:
+            whole = _from_cache(path, progress)
+            told = f"{os.path.basename(path)} is drawn from a store; Hold in memory, under Map, reads the file"
+            return replace(whole, note=whole.note or told)
         heightmap, known = open_map(path, progress=progress, raster=raster)
         return Opened(heightmap, known.camera, known.sun, known.name) if known else _first_seen(heightmap, path)
 

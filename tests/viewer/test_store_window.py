@@ -619,6 +619,14 @@ def test_a_large_raster_of_the_dialog_gets_a_store_too(large):
     assert of_store.heightmap.is_store and of_store.note == ""
 
 
+def test_a_large_file_that_gdal_cannot_read_in_parts_gets_a_store_without_a_sample(large, tmp_path):
+    large[1].set()
+    np.save(tmp_path / "hills.npy", np.add.outer(np.arange(80.0), np.sin(np.arange(90.0))))
+    opened = file_opener(str(tmp_path / "hills.npy"))(lambda _: None)
+    assert opened.heightmap.is_store and opened.heightmap.cols == 90
+    assert opened.note == "hills.npy is drawn from a store; Hold in memory, under Map, reads the file"
+
+
 def test_a_large_raster_whose_store_cannot_be_made_is_held_in_memory_and_a_line_says_why(large, make_app, monkeypatch):
     raster, _ = large
 
