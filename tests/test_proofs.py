@@ -428,7 +428,7 @@ def test_squares_are_not_rounded_down():
     assert not squares_are_right(text.replace("(1.0 + exp2(-18.0)), high", "(1.0 - exp2(-22.0)), high"))
 
 
-# --- Pairs of floats: precision.md, section 4 ---------------------------------------------------------------------------
+# --- Pairs of floats: precision.md, section 4 -------------------------------------------------------------------------
 
 
 def as_fractions(pair):
@@ -436,7 +436,7 @@ def as_fractions(pair):
 
 
 def pairs_are_exact(text, n=3000):
-    """Areas of integers below 2^21 are exact; sums, products and quotients of pairs lose at most 2^-44 of their size."""
+    """Areas of integers below 2^21 are exact; sums, products and quotients lose at most 2^-44 of their size."""
     rng = np.random.default_rng(8)
     of = Evaluator(text, Floats())
     with np.errstate(all="ignore"):

@@ -1,6 +1,6 @@
 // driver/selftest.comp — results of a driver, which terrain_gl/gpu/selftest.py compares with the CPU. Sums, products,
-//   the rests of sums (mesh/pair.glsl) and sums of products differ if a driver does not round to nearest, or reorders or
-//   fuses operations that are precise. Quotients, powers of two and square roots follow.
+//   the rests of sums (mesh/pair.glsl) and sums of products differ if a driver does not round to nearest, or reorders
+//   or fuses operations that are precise. Quotients, powers of two and square roots follow.
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Operands { vec4 operand[]; };
