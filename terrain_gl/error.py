@@ -22,7 +22,6 @@ from .gpu.passes import ComputePass, Resources
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
-SMALL_LEVELS = 2  # glsl/error/small.comp computes nodes up to this level, where the map does not cut them off
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 16  # of a record `Gathered` in glsl/error/coarse.glsl
 CUT_BYTES = 8  # of each edge, in the buffer `cuts`
@@ -63,7 +62,7 @@ class ErrorTables:
         The contribution of each block of posts to its node, for each coarse level (glsl/error/coarse.glsl). Because of
         it, an edit recomputes only the blocks that it touches.
     cuts
-        How far each coarse node's edges may move when they are cut (glsl/error/cut.comp). Edits compare old and new
+        How far each coarse node's edges may move when they are cut (glsl/error/coarse.comp). Edits compare old and new
         values.
     """
 
@@ -190,7 +189,7 @@ class ErrorTables:
         records = {"Nodes": self.nodes, "Ranges": self.ranges}
         if j <= FINE_LEVELS:
             # the map's rim may cut off the last column and the last row of nodes
-            last_x, last_y = self.terrain.all_posts[2:] if j <= SMALL_LEVELS else (0, 0)
+            last_x, last_y = self.terrain.all_posts[2:] if j == 1 else (0, 0)
             whole = np.clip(((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)).tolist()
             self._run("small", j, (x, y, *whole), whole, records)
             self._run("fine", j, (x + whole[0], y, width - whole[0], height), (width - whole[0], height), records)
@@ -198,13 +197,10 @@ class ErrorTables:
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
         moved = self.ctx.buffer(bytes(width * height * 4))
-        coarse = {"Blocks": self.blocks, "Cuts": self.cuts, "Moved": moved}
-        gathered = coarse | {"Gathering": gathering}
+        coarse = {"Blocks": self.blocks, "Cuts": self.cuts, "Moved": moved, "Gathering": gathering} | records
         blocks = width << j - FINE_LEVELS, height << j - FINE_LEVELS
-        self._run("cut", j, nodes, (4 * width * height,), coarse)
-        self._run("gather", j, nodes, blocks, coarse, posts=posts)
-        self._run("join", j, nodes, blocks, gathered)
-        self._run("write", j, nodes, (width * height,), gathered | records)
+        for step, threads in enumerate(((4 * width, height), blocks, (width, height))):
+            self._run("coarse", j, nodes, threads, coarse, posts=posts, step=step)
         gathering.release()
         moved.release()
 
@@ -249,8 +245,8 @@ class ErrorTables:
         self.ctx.memory_barrier(_BARRIER)
 
     def _kernel(self, name: str, j: int) -> ComputePass:
-        """The shader of a pass; the shaders of small nodes are compiled for each level."""
-        level = min(j, SMALL_LEVELS) if name in ("small", "fine") else SMALL_LEVELS
+        """The shader of a pass; that of fine nodes is compiled for level 1, and for all others."""
+        level = min(j, 2) if name in ("small", "fine") else 2
         key = name, level, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
             defines = {"LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
@@ -259,9 +255,8 @@ class ErrorTables:
 
 
 def _groups(threads: Sequence[int]) -> list[int]:
-    """Work groups for so many threads: a group has 8 × 8 threads, or 64 in a row."""
-    side = 64 if len(threads) == 1 else 8
-    return [*(-(-n // side) for n in threads), 1, 1][:3]
+    """Work groups of 8 × 8 threads for so many threads."""
+    return [*(-(-n // 8) for n in threads), 1]
 
 
 def _touched(level: Level, posts: Rect, j: int) -> Nodes:

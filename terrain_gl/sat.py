@@ -23,8 +23,10 @@ WHOLE = 2**15  # longer than any line of a map
 INT64 = "GL_ARB_gpu_shader_int64"
 LOOPS = 2**16 - 2  # iterations of a thread; llvmpipe silently ends a loop after one more iteration
 BANDS = 8  # groups of threads that share the columns on a software renderer
+FEW = 2**12  # words of a table whose columns need no kernel of their own
 SIDE = 8  # threads of such a group, and rows that it sums at a time: THREADS of glsl/sat/columns.comp
 GROUP = 64  # threads of a work group, as in glsl/sat
+LOW_BITS = {8: 0x7F7F7F7F, 32: 0x7FFFFFFF}  # u_low_bits of glsl/sat/word.glsl
 _WORD_DTYPES = {8: "<u1", 32: "<u4", 64: "<u8"}
 
 
@@ -71,7 +73,11 @@ class SummedAreaTables:
         if self._has_whole_lines:
             rows = {"first": table.first, "lines": height, "length": width, "line_step": width, "word_step": 1}
             self._run("propagate WHOLE_LINES", _words(buffer), (height, 1, table.layers), GROUP, rows)
-            self._sum_columns(buffer, table)
+            if table.words <= FEW:
+                columns = {"first": table.first, "lines": width, "length": height, "line_step": 1, "word_step": width}
+                self._run("propagate WHOLE_LINES", _words(buffer), (width, 1, table.layers), GROUP, columns)
+            else:
+                self._sum_columns(buffer, table)
             return
         self._sum_lines(buffer, table, lines=height, length=width, line_step=width, word_step=1)
         self._sum_lines(buffer, table, lines=width, length=height, line_step=1, word_step=width)
@@ -151,21 +157,22 @@ class SummedAreaTables:
 
     def _sum_columns(self, buffer: moderngl.Buffer, table: Table) -> None:
         """Sum whole columns, band by band, in runs that are shorter than llvmpipe's limit of a loop."""
-        words = 4 if table.width % 4 == table.first % 4 == 0 else 1
-        width, height = table.width // words, table.height
+        width, height = table.width, table.height
         band = -(-width // (SIDE * BANDS)) * SIDE
-        lines = {"first": table.first // words, "lines": width, "length": height, "line_step": 1, "word_step": width}
+        lines = {"first": table.first, "lines": width, "length": height, "line_step": 1, "word_step": width}
         rows = LOOPS // (band // SIDE + 2) * SIDE  # llvmpipe also counts the test that ends an inner loop
         for row in range(1, height, rows):
             lines |= {"band": band, "row": row, "end": min(row + rows, height)}
-            name = "columns WHOLE_LINES FOURS" if words == 4 else "columns WHOLE_LINES"
-            self._run(name, _words(buffer), (width, 1, table.layers), band, lines)
+            self._run("columns WHOLE_LINES", _words(buffer), (width, 1, table.layers), band, lines)
 
     def _run(
         self, name: str, resources: Resources, threads: tuple[int, int, int], group: int, uniforms: Uniforms
     ) -> None:
         """Run one kernel over `threads`."""
-        self._kernel(name).run((-(-threads[0] // group), *threads[1:]), resources, uniforms)
+        kernel = self._kernel(name)
+        own = {"strip": self.strip, "low_bits": LOW_BITS.get(self.bits)}
+        uniforms = {**uniforms, **{key: own[key] for key in own.keys() & kernel.declares_uniforms}}
+        kernel.run((-(-threads[0] // group), *threads[1:]), resources, uniforms)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
     def _kernel(self, name: str) -> ComputePass:
@@ -175,7 +182,7 @@ class SummedAreaTables:
         """
         if name not in self._kernels:
             file, *macros = name.split()
-            defines = {"BITS": self.bits, "STRIP": self.strip, **dict.fromkeys(macros, 1)}
+            defines = {"BITS": max(32, self.bits), **dict.fromkeys(macros, 1)}
             self._kernels[name] = ComputePass(self.ctx, f"sat/{file}.comp", defines)
         return self._kernels[name]
 

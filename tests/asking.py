@@ -22,7 +22,7 @@ class Asked(ComputePass):
     """A compute shader whose text is made here."""
 
     def __init__(self, ctx, path, text):
-        super(ComputePass, self).__init__(ctx, ctx.compute_shader(text), path, text)
+        super(ComputePass, self).__init__(ctx, lambda: ctx.compute_shader(text), path, (text,))
 
 
 def ask(ctx, path, statements, a, b=0.0, defines=None, resources=None, uniforms=None, offered=None):

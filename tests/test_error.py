@@ -384,7 +384,7 @@ POSTS = [
     np.s_[-1:, -1:],
     np.s_[40:41, 64:65],
     np.s_[96:97, 96:97],  # one beyond a block of 32 posts that has a cell on the node's falling diagonal there
-    np.s_[96:97, 32:33],  # and on the rising one: glsl/error/gather.comp
+    np.s_[96:97, 32:33],  # and on the rising one: glsl/error/coarse.comp
 ]
 AREAS = [np.s_[10:60, 20:30], np.s_[:, 100:101], np.s_[-5:, :], np.s_[30:80, -40:], np.s_[:, :]]
 # a wider span changes all tables, wherever it comes from; the third post is a void
@@ -449,7 +449,7 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
     heights = terrain.heightmap.heights.copy()
     heights[70, 81] += 1.0
     tables.update(terrain.edit(0, 0, heights))
-    nodes = {j: rectangle[2:] for name, j, rectangle in asked if name in ("small", "fine", "gather")}
+    nodes = {j: rectangle[2:] for name, j, rectangle in asked if name in ("small", "fine", "coarse")}
     assert set(nodes) == set(range(1, len(terrain.levels)))
     assert max(w * h for w, h in nodes.values()) <= 4
 
@@ -481,5 +481,5 @@ def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
         monkeypatch.setattr(scene.tables._sat64, name, lambda *_: None)
     monkeypatch.setattr(scene.terrain.heightmap, "heights", np.broadcast_to(np.float32(0), (16384, 16384)))
     scene.tables.build()
-    assert {name for name, *_ in groups} == {"small", "fine", "cut", "gather", "join", "write", "count"}
+    assert {name for name, *_ in groups} == {"small", "fine", "coarse", "count"}
     assert max(max(count) for _, *count in groups) <= most

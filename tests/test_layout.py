@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from terrain_gl import error, lod, sat
+from terrain_gl import error, lod
 from terrain_gl.comparison import clipmap, tessellated
 from terrain_gl.gpu import layout, shaders
 from terrain_gl.light import gaussians, horizon, lobes
@@ -134,8 +134,6 @@ def glsl_number(path, name):
 
 # Numbers that a shader has as a default, or defines itself, and that Python has too.
 TWICE = [
-    ("sat/lines.glsl", "STRIP", sat.STRIP),
-    ("sat/spread.comp", "STRIP", sat.STRIP),
     ("comparison/clipmap/ring.vert", "BLOCK", clipmap.BLOCK),
     ("comparison/tessellated/levels.comp", "MOST", tessellated.MOST),
     ("light/lights.glsl", "SKY_LOBES", len(gaussians.SKY_AXES)),

@@ -12,7 +12,7 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu import pattern, selftest, shaders
 
 WRONG = {  # what a wrong driver might do, as a change of the kernel's text; words of the refusal
-    "an old loop bound": ("strip < strips()", "strip < min(strips(), 16u)", "loops whose bounds change"),
+    "an old loop bound": ("u_strip, u_length)", "u_strip, min(u_length, 16u))", "loops whose bounds change"),
     "floats cut off": (
         "sum = o.x + o.y",
         "sum = uintBitsToFloat(floatBitsToUint(o.x + o.y) & ~1u)",

@@ -100,7 +100,6 @@ ENTRIES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*") i
 VARIANTS = [  # macros that choose between parts of a file
     *({"NO_VOIDS": 1, "TO": to} for to in ("PICTURE", "ABOVE", "CAPTURE")),
     {"SAMPLES": 1, "WATER": 0},
-    {"BITS": 8},
     {"BITS": 64},
     {"WHOLE_LINES": 1, "BITS": 64},
 ]

@@ -23,7 +23,7 @@ struct Gathered {
 
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 
-layout(std430, binding = 5) buffer Cuts { Move cut_edge[]; };  // four of each coarse node: error/cut.comp
+layout(std430, binding = 5) buffer Cuts { Move cut_edge[]; };  // four of each coarse node: error/coarse.comp
 layout(std430, binding = 6) buffer Moved { uint has_moved[]; };  // for each node of this update: whether a cut changed
 
 int cut_index(ivec2 node_) { return 4 * (node_index(u_which_level, node_) - u_level[FINE_LEVELS + 1].first_node); }

@@ -1,5 +1,5 @@
 // error/fine.comp — the fine levels of the error table: one thread visits all posts of its node.
-//   On levels 1 and 2, it computes only nodes that the map's rim cuts off; error/small.comp computes the others.
+//   On level 1, it computes only nodes that the map's rim cuts off; error/small.comp computes the others.
 // Python twin: reference.cut_errors
 
 #include "error/record.glsl"

@@ -1,12 +1,13 @@
-// error/small.comp — nodes of 2 × 2 or 4 × 4 cells that the map's rim does not cut off. Loops have constant bounds, so
+// error/small.comp — nodes of 2 × 2 cells, level 1, that the map's rim does not cut off. Loops have constant bounds, so
 //   compilers unroll them, compute weights, and read each height once. Mesa unrolls a long loop only if the loop
 //   variable is the index into an array with as many elements as the loop has steps. So the last two loops begin at 0.
 // Python twin: reference.cut_errors
 
+#define LEVEL 1
 #define WHOLE_NODES true
 #include "error/record.glsl"
 
-#define SIDE (1 << LEVEL)
+#define SIDE 2
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

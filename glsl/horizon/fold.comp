@@ -7,9 +7,11 @@
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   is the mean visibility, weighted by the light that each cell would get without a horizon.
 // The shader runs once for each batch of azimuths. Before the last run, the memory of the shares holds sums as floats.
+// The last run also packs the shares of all lobes into one texel, before they are summed: one fetch reads them all. Word
+// i of a texel holds lobes 3i, 3i + 1 and 3i + 2, ten bits each.
 // For comparison only, PRINTED 1 is equation A.5 as printed, without a cosine:
 // V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the horizontal.
-// Python twins: reference.skylit, reference.visible_shares
+// Python twins: reference.skylit, reference.visible_shares, reference.pack_shares
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"
@@ -27,6 +29,7 @@ layout(local_size_x = 64) in;
 layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
 RECORDS_IN(u_horizons)
 layout(std430, binding = 0) buffer Shares { uint share[]; };
+layout(rgba32ui, binding = 0) uniform writeonly uimage2D u_packed;
 // A row for each azimuth and sine, a column for each lobe: M, and ∫ SG dω / ∫ SG dω over the same directions.
 layout(binding = 2) uniform sampler2D u_moments;
 layout(std430, binding = 2) readonly buffer Open { float open_share[]; };  // lobe, cosine
@@ -37,6 +40,7 @@ uniform ivec2 u_texels;
 uniform int u_first_row;
 uniform int u_batch;
 uniform bool u_is_last;
+uniform ivec2 u_corner;      // of the texels in u_packed, which has those of all pages
 uniform ivec2 u_first_cell;  // first cell of the first texel of a page; 0 for a map
 
 float open_to(int lobe, vec3 normal) {
@@ -73,10 +77,13 @@ void main() {
             }
         }
     }
+    uvec4 words = uvec4(0u);
     for (int l = 0; l < LOBES; l++) {
         int i = (l * u_texels.y + texel.y) * u_texels.x + texel.x;
         float total = sum[l] + (u_batch > 0 ? uintBitsToFloat(share[i]) : 0.0);
-        float visible = clamp(total / max(unshadowed[l], 1e-6), 0.0, 1.0);
-        share[i] = u_is_last ? uint(round(FULL * visible)) : floatBitsToUint(total);
+        float visible = round(FULL * clamp(total / max(unshadowed[l], 1e-6), 0.0, 1.0));
+        share[i] = u_is_last ? uint(visible) : floatBitsToUint(total);
+        words[l / 3] |= uint(round(1023.0 * (visible / FULL))) << 10 * (l % 3);
     }
+    if (u_is_last) imageStore(u_packed, u_corner + texel, words);
 }

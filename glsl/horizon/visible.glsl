@@ -29,7 +29,7 @@ const bool HAS_SUMS = true;
 layout(r16, binding = 0) readonly uniform image2DArray u_sun_horizon;
 RECORDS_IN(u_sun_horizon)
 
-layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // shares that are not summed: pack.comp
+layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // shares that are not summed: fold.comp
 
 uniform vec2 u_sun_towards;
 

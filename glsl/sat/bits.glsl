@@ -3,9 +3,6 @@
 //   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
 // Provides addN(), subN(), ATOMIC_ADD_64(), word_float().   Python twin: reference.sat
 
-uint add32(uint a, uint b) { return a + b; }
-uint sub32(uint a, uint b) { return a - b; }
-
 uvec2 add64(uvec2 a, uvec2 b) {
     uint carry;
     uint low = uaddCarry(a.x, b.x, carry);
@@ -31,8 +28,9 @@ uint add8(uint a, uint b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a
 uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
 
 // Four words at once.
-uvec4 add32(uvec4 a, uvec4 b) { return a + b; }
-uvec4 add8(uvec4 a, uvec4 b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
+// One number in a word, or four: `low` has all bits except the highest of each.
+uint add_apart(uint a, uint b, uint low) { return ((a & low) + (b & low)) ^ ((a ^ b) & ~low); }
+uint sub_apart(uint a, uint b, uint low) { return ((a | ~low) - (b & low)) ^ ((a ^ ~b) & ~low); }
 
 float word_float(uint a) { return float(a); }
 float word_float(uvec2 a) { return float(a.y) * 4294967296.0 + float(a.x); }

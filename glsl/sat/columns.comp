@@ -1,7 +1,6 @@
 // sat/columns.comp — sums along columns for a renderer with few threads: each row is added to the row below it.
 //   A group owns a band of columns and walks down its rows, eight at a time. So it reads memory in order.
-//   Threads of a group are side by side, and step through the band together. With FOURS each thread takes four words at
-//   once: all rows begin at a multiple of four words.
+//   Threads of a group are side by side, and step through the band together.
 // Python twin: reference.sat
 
 #define THREADS 8u

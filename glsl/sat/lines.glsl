@@ -14,10 +14,6 @@
 
 #include "sat/word.glsl"
 
-#ifndef STRIP
-#define STRIP 64
-#endif
-
 #ifndef THREADS
 #define THREADS 64u
 #endif
@@ -35,8 +31,9 @@ uniform uint u_lines;      // lines in a layer
 uniform uint u_length;     // words in a line
 uniform uint u_line_step;  // words from a line to the next
 uniform uint u_word_step;  // words from a word to the next of its line
+uniform uint u_strip;      // words of a strip
 
-uint strips() { return (u_length + STRIP - 1u) / STRIP; }
+uint strips() { return (u_length + u_strip - 1u) / u_strip; }
 
 uint word_index(uint line, uint i, uint layer) {
     return u_first + layer * u_lines * u_length + line * u_line_step + i * u_word_step;

@@ -14,11 +14,11 @@ void main() {
 #else
     WORD sum = strip == 0u ? WORD(0) : strip_sum[strip_index(line, strip, layer)];
 #endif
-    uint end = min((strip + 1u) * STRIP, u_length);
-    uint at = word_index(line, strip * STRIP, layer);
-    for (uint i = strip * STRIP; i < end; i++, at += u_word_step) {
+    uint end = min((strip + 1u) * u_strip, u_length);
+    uint at = word_index(line, strip * u_strip, layer);
+    for (uint i = strip * u_strip; i < end; i++, at += u_word_step) {
 #ifdef WHOLE_LINES
-        if (at % 4u == 0u && i + 4u <= end) {
+        if (u_word_step == 1u && at % 4u == 0u && i + 4u <= end) {
             FOUR f = four[at / 4u];
             for (int k = 0; k < 4; k++) f[k] = sum = ADD(sum, f[k]);
             four[at / 4u] = f;

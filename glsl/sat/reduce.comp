@@ -9,8 +9,8 @@ void main() {
     if (line >= u_lines) return;
 
     WORD sum = WORD(0);
-    uint end = min((strip + 1u) * STRIP, u_length);
-    uint at = word_index(line, strip * STRIP, layer);
-    for (uint i = strip * STRIP; i < end; i++, at += u_word_step) sum = ADD(sum, word[at]);
+    uint end = min((strip + 1u) * u_strip, u_length);
+    uint at = word_index(line, strip * u_strip, layer);
+    for (uint i = strip * u_strip; i < end; i++, at += u_word_step) sum = ADD(sum, word[at]);
     strip_sum[strip_index(line, strip, layer)] = sum;
 }

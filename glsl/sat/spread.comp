@@ -4,9 +4,7 @@
 
 #include "sat/edit.glsl"
 
-#ifndef STRIP
-#define STRIP 64
-#endif
+uniform int u_strip;
 
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
@@ -15,8 +13,8 @@ void main() {
 
     Table all = Table(u_first, u_size), edited = Table(0u, u_edit_size);
     int column = min(at.x + 1, u_edit_size.x);
-    int end = min((at.y + 1) * STRIP, rest.y);
-    for (int y = at.y * STRIP; y < end; y++) {
+    int end = min((at.y + 1) * u_strip, rest.y);
+    for (int y = at.y * u_strip; y < end; y++) {
         WORD change = edit[sat_index(edited, at.z, column, min(y + 1, u_edit_size.y))];
         if (change == WORD(0)) continue;
         uint i = sat_index(all, at.z, u_edit_at.x + at.x + 1, u_edit_at.y + y + 1);

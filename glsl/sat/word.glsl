@@ -1,5 +1,5 @@
-// sat/word.glsl — the word of a table, for kernels that set BITS.
-//   Kernels with WHOLE_LINES have uint64_t in place of uvec2. With FOURS, a word is a vector of four.
+// sat/word.glsl — the word of a table, for kernels that set BITS: 64, or 32 for one number or four of 8 bits in a word.
+//   Kernels with WHOLE_LINES have uint64_t in place of uvec2.
 // Provides WORD, ADD(), SUB(), and FOUR for four words.   Python twin: reference.sat
 
 #ifndef BITS
@@ -23,15 +23,7 @@
 #else
 #define WORD uint
 #define FOUR uvec4
-#endif
-#if BITS == 32
-#define ADD add32
-#define SUB sub32
-#elif BITS == 8
-#define ADD add8
-#define SUB sub8
-#endif
-#ifdef FOURS
-#undef WORD
-#define WORD FOUR
+uniform uint u_low_bits;  // all bits of a word except the highest of each number in it
+#define ADD(a, b) add_apart(a, b, u_low_bits)
+#define SUB(a, b) sub_apart(a, b, u_low_bits)
 #endif

@@ -11,6 +11,8 @@ blocks, samplers and images; and all its uniforms, without their `u_`. It binds 
 to the number that the shader declares. A draw also sets all state of OpenGL that affects it. A name that the shader's
 text does not declare is an error, and so is a name that the compiled program uses and the run does not give. So an
 object that holds resources, such as a terrain, gives all of them (`resources`) to all passes over it.
+
+A program is compiled once in a context: passes with the same text, also of several renderers, share it.
 """
 
 from __future__ import annotations
@@ -20,10 +22,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from ctypes import byref, c_int
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import combinations
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import moderngl
 
@@ -160,19 +163,37 @@ _KEPT_ARRAYS = 4
 SCREEN = Feed()  # the vertex shader makes vertices from their numbers
 
 
-class _Pass:
-    """A program, the names that it declares and uses, and the values of its uniforms."""
+class _Compiled:
+    """A program and the values of its uniforms, for all passes of a context with the same text."""
 
-    def __init__(self, ctx: moderngl.Context, program: Any, where: str, text: str) -> None:
+    def __init__(self, program: Any) -> None:
+        self.program = program
+        self.values: dict[str, Any] = {}  # of the last run, because writing takes long
+        self.users = 0
+
+
+_compiled: WeakKeyDictionary[moderngl.Context, WeakValueDictionary[tuple[str, ...], _Compiled]] = WeakKeyDictionary()
+
+
+class _Pass:
+    """A program, and the names that it declares and uses. `make` compiles it, if no pass has the same `texts`."""
+
+    def __init__(self, ctx: moderngl.Context, make: Callable[[], Any], where: str, texts: tuple[str, ...]) -> None:
         self.ctx = ctx
-        self._program = program
+        made = _compiled.setdefault(ctx, WeakValueDictionary())
+        self._compiled = made.get(texts) or _Compiled(make())
+        made[texts] = self._compiled
+        self._compiled.users += 1
+        self._is_released = False
+        self._forget = partial(made.pop, texts, None)
+        self._program = program = self._compiled.program
+        self._values = self._compiled.values
         self._where = where
         self._calls = calls(ctx)
         self._binders: dict[str, Callable[[Any], None]] = {}
         self._uniforms: set[str] = set()
-        self._values: dict[str, Any] = {}  # of the last run, because writing takes long
         places: dict[tuple[str, int], list[str]] = {}
-        known = declarations(text)
+        known = declarations("".join(texts))
         for name in program:
             member = program[name]
             if not isinstance(member, moderngl.Uniform | moderngl.UniformBlock | moderngl.StorageBlock):
@@ -191,8 +212,14 @@ class _Pass:
         )
 
     def release(self) -> None:
-        """Release GPU resources."""
-        self._program.release()
+        """Release GPU resources, those of the program with the last pass that has it."""
+        if self._is_released:
+            return
+        self._is_released = True
+        self._compiled.users -= 1
+        if not self._compiled.users:
+            self._forget()
+            self._program.release()
 
     def _prepare(self, resources: Resources, uniforms: Uniforms) -> None:
         """Bind all resources, and set all uniforms.
@@ -263,7 +290,8 @@ class ComputePass(_Pass):
     """
 
     def __init__(self, ctx: moderngl.Context, path: str, defines: Defines = NO_DEFINES) -> None:
-        super().__init__(ctx, shaders.compute(ctx, path, defines), f"glsl/{path}", shaders.source(path, defines))
+        text = shaders.source(path, defines)
+        super().__init__(ctx, lambda: shaders.compute(ctx, path, defines), f"glsl/{path}", (text,))
 
     def run(self, groups: Sequence[int], resources: Resources, uniforms: Uniforms = NOTHING_MORE) -> None:
         """Run some `groups` of threads along x, y and z. The caller sets the memory barrier after it."""
@@ -298,9 +326,9 @@ class DrawPass(_Pass):
         defines: Defines = NO_DEFINES,
         varyings: Sequence[str] = (),
     ) -> None:
-        program = shaders.program(ctx, **stages, defines=defines, varyings=varyings)
         where = " + ".join(f"glsl/{path}" for path in stages.values())
-        super().__init__(ctx, program, where, "".join(shaders.source(path, defines) for path in stages.values()))
+        texts = *stages, *varyings, *(shaders.source(path, defines) for path in stages.values())
+        super().__init__(ctx, lambda: shaders.program(ctx, **stages, defines=defines, varyings=varyings), where, texts)
         self._made: dict[tuple[int, ...], tuple[moderngl.VertexArray, list[Any]]] = {}
 
     def draw(

@@ -7,7 +7,7 @@ bounds assume (docs/precision.md, section 4); the triangles of tessellated patch
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import moderngl
 import numpy as np
@@ -19,7 +19,8 @@ from .pattern import wrong_pattern
 
 KERNEL = "driver/selftest.comp"
 PHASES = ("reduce", "scan", "propagate")  # of prefix sums: glsl/sat
-STRIP = 4  # words that one thread of a phase adds up
+STRIP = 4  # words that one thread of a phase adds up, on a GPU
+WHOLE = 2**15  # more than any line has: a processor sums whole lines
 SIZES = ((64, 64), (300, 1), (1, 300))  # columns and rows: for the last, zink may take the loop bound of the first
 OPERANDS = 256
 RESULTS = 7  # of each operand: glsl/driver/selftest.comp
@@ -28,13 +29,17 @@ QUOTIENT = 3 * 2.0**-23  # largest relative error: GLSL allows 2.5 units in the 
 POWER = 2.0**-19  # class limits are compared with a slack of 2^-18
 ROOT = 2.0**-20
 
+Keep = Callable[[ComputePass], object]
+
 _INLINE = "ZINK_INLINE_UNIFORMS"
 _ADVICE = "update the graphics driver, or draw with software OpenGL: LIBGL_ALWAYS_SOFTWARE=1"
 _passed: set[tuple[str, str]] = set()
 
 
-def check_driver(ctx: moderngl.Context) -> None:
+def check_driver(ctx: moderngl.Context, keep: Keep = ComputePass.release) -> None:
     """Compare the limits of the current context's driver with our needs, and what it computes with the CPU.
+
+    `keep` gets the kernels of summed-area tables; tables that are made while they exist share their programs.
 
     Raises
     ------
@@ -46,7 +51,7 @@ def check_driver(ctx: moderngl.Context) -> None:
         return
     if inlines_uniforms(driver[0]):
         raise TerrainError(f"{driver[0]}: this driver may take loop bounds of an earlier run; set {_INLINE}=0")
-    wrong = "; ".join(needs.lacking(gl.limits(ctx))) or next(faults(ctx), None)
+    wrong = "; ".join(needs.lacking(gl.limits(ctx))) or next(faults(ctx, keep), None)
     if wrong:
         raise TerrainError(f"{driver[0]}: {wrong}; {_ADVICE}")
     _passed.add(driver)
@@ -60,22 +65,25 @@ def inlines_uniforms(renderer: str) -> bool:
     return renderer.startswith("zink (llvmpipe") and os.environ.get(_INLINE) != "0"
 
 
-def faults(ctx: moderngl.Context) -> Iterator[str]:
+def faults(ctx: moderngl.Context, keep: Keep = ComputePass.release) -> Iterator[str]:
     """Compute on the GPU and on the CPU; yields what is wrong, in a few words."""
-    yield from _wrong_tables(ctx)
+    yield from _wrong_tables(ctx, keep)
     yield from _wrong_operations(ctx)
     yield from wrong_pattern(ctx)
 
 
-def _wrong_tables(ctx: moderngl.Context) -> Iterator[str]:
-    kernels = [ComputePass(ctx, f"sat/{phase}.comp", {"BITS": 32, "STRIP": STRIP}) for phase in PHASES]
+def _wrong_tables(ctx: moderngl.Context, keep: Keep) -> Iterator[str]:
+    whole = gl.wants_few_groups(ctx)
+    macros = {"BITS": 32} | ({"WHOLE_LINES": 1} if whole else {})
+    kernels = [ComputePass(ctx, f"sat/{phase}.comp", macros) for phase in (PHASES[2:] if whole else PHASES)]
     for columns, rows in SIZES:
         values = np.random.default_rng(columns).integers(0, 1000, (rows, columns)).astype("u4")
         words = ctx.buffer(values.tobytes())
         sums = ctx.buffer(reserve=words.size)
-        tables = {"Words": words, "StripSums": sums}
-        _sum_lines(ctx, kernels, tables, lines=rows, length=columns, line_step=columns, word_step=1)
-        _sum_lines(ctx, kernels, tables, lines=columns, length=rows, line_step=1, word_step=columns)
+        tables = {"Words": words} | ({"Fours": words} if whole else {"StripSums": sums})
+        strip = WHOLE if whole else STRIP
+        _sum_lines(ctx, kernels, tables, strip, lines=rows, length=columns, line_step=columns, word_step=1)
+        _sum_lines(ctx, kernels, tables, strip, lines=columns, length=rows, line_step=1, word_step=columns)
         table = np.frombuffer(words.read(), "u4").reshape(rows, columns)
         words.release()
         sums.release()
@@ -83,14 +91,16 @@ def _wrong_tables(ctx: moderngl.Context) -> Iterator[str]:
             yield "this driver sums up wrongly, in loops whose bounds change"
             break
     for kernel in kernels:
-        kernel.release()
+        keep(kernel)
 
 
-def _sum_lines(ctx: moderngl.Context, kernels: list[ComputePass], tables: Resources, **lines: int) -> None:
+def _sum_lines(ctx: moderngl.Context, kernels: list[ComputePass], tables: Resources, strip: int, **lines: int) -> None:
     """Reduce, scan, propagate along parallel lines of words; a line of one strip needs no sums of strips."""
-    strips = -(-lines["length"] // STRIP)
-    for kernel, groups in list(zip(kernels, (strips, 1, strips), strict=True))[0 if strips > 1 else 2 :]:
-        kernel.run((-(-lines["lines"] // 64), groups, 1), tables, {"first": 0, **lines})
+    strips = -(-lines["length"] // strip)
+    phases = zip(kernels[::-1], (strips, 1, strips), strict=False) if strips > 1 else [(kernels[-1], 1)]
+    for kernel, groups in list(phases)[::-1]:
+        uniforms = {"first": 0, "strip": strip, "low_bits": 0x7FFFFFFF, **lines}
+        kernel.run((-(-lines["lines"] // 64), groups, 1), tables, uniforms)
         ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
 

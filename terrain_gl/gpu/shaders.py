@@ -125,7 +125,9 @@ def _read(path: str, included_from: str) -> str:
 
 @cache
 def _without_comments(text: str) -> str:
-    return _COMMENT.sub(lambda comment: re.sub(r"[^\n]", " ", comment[0]), text)
+    """The text, each line where it was; spaces at the ends of lines would be most of it."""
+    without = _COMMENT.sub(lambda comment: " " + "\n" * comment[0].count("\n"), text)
+    return "\n".join(line.rstrip() for line in without.split("\n"))
 
 
 def root() -> Path:

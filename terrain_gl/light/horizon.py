@@ -122,7 +122,6 @@ class SkyVisibility:
         self._printed = printed
         self._sweep = Sweep(self.ctx)
         self._sat = SummedAreaTables(self.ctx, 32)
-        self._pack = ComputePass(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
         self.packed = self._texture()
         self.texture = gl.WordTexture(self.ctx)
@@ -156,13 +155,9 @@ class SkyVisibility:
                         yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
                 for row in range(0, self.table.height, at_once):
                     count = min(at_once, self.table.height - row)
-                    read = {**thin.resources, **tables, "u_horizons": horizons, "Shares": fresh}
+                    read = {**thin.resources, **tables, "u_horizons": horizons, "Shares": fresh, "u_packed": packed}
                     self._fold_batch(batch, row, count, directions, read)
                     yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
-            groups = -(-packed.width // 64), packed.height, 1
-            where = {"texels": self.table[:2], "corner": (0, 0)}
-            self._pack.run(groups, {"Shares": fresh, "u_packed": packed}, where)
-            self.ctx.memory_barrier(_BARRIER)
             for _ in self._sat.build_steps(fresh, self.table):
                 yield 0.998
             self.buffer, fresh = fresh, self.buffer
@@ -180,7 +175,7 @@ class SkyVisibility:
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self._fold, self._pack, self._sweep, self._sat, self.buffer, self.packed, self.texture):
+        for resource in (self._fold, self._sweep, self._sat, self.buffer, self.packed, self.texture):
             resource.release()
 
     def _texture(self) -> moderngl.Texture:
@@ -189,7 +184,7 @@ class SkyVisibility:
         return texture
 
     def _fold_batch(self, batch: int, row: int, count: int, directions: list[Direction], read: Resources) -> None:
-        where = {"texels": self.table[:2], "first_row": row, "first_cell": (0, 0)}
+        where = {"texels": self.table[:2], "first_row": row, "first_cell": (0, 0), "corner": (0, 0)}
         uniforms = fold_uniforms(self.axes, batch, directions) | where
         self._fold.run((-(-self.table.width // 64), count, 1), read, uniforms)
         self.ctx.memory_barrier(_BARRIER)

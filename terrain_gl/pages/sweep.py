@@ -1,6 +1,6 @@
 """The sweep over the windows around a page: the sun's horizon of its posts, and the visible sky.
 
-Shaders: glsl/horizon/around.comp, keep.comp, fold.comp, pack.comp. Python twin: `reference.windowed_sines`.
+Shaders: glsl/horizon/around.comp, keep.comp, fold.comp. Python twin: `reference.windowed_sines`.
 """
 
 from typing import Any
@@ -79,28 +79,24 @@ class PageSweep:
     def sky_steps(self, slot: int) -> Steps[None]:
         """The visible sky of a page whose windows from 1 on were sent; yields progress from 0 to 1."""
         texels = sky_side(self._tile)
+        corner = slot % self.terrain.across * texels, slot // self.terrain.across * texels
         first = (self._side - self._tile // 2) // 2 - BORDER * layout.SKY_TEXEL
         for batch in range(AZIMUTHS // BATCH):
             directions = self._directions[batch * BATCH : (batch + 1) * BATCH]
             for layer, towards in enumerate(directions):
                 self._sweep(towards, layer, self._tile // 2)
                 yield (batch + layer / BATCH) * BATCH / AZIMUTHS
-            where = {"texels": (texels, texels), "first_row": 0, "first_cell": (first, first)}
+            where = {"texels": (texels, texels), "first_row": 0, "first_cell": (first, first), "corner": corner}
             uniforms = fold_uniforms(SKY_AXES, batch, directions) | self._inside | where
-            read = {**self._window, **self._tables, "u_horizons": self._horizons}
+            read = {**self._window, **self._tables, "u_horizons": self._horizons, "u_packed": self.sky}
             self._fold.run((-(-texels // 64), texels, 1), read, uniforms)
             self.ctx.memory_barrier(_BARRIER)
             yield (batch + 1) * BATCH / AZIMUTHS
-        corner = slot % self.terrain.across * texels, slot // self.terrain.across * texels
-        packed = {"Shares": self._tables["Shares"], "u_packed": self.sky}
-        self._pack.run((-(-texels // 64), texels, 1), packed, {"texels": (texels, texels), "corner": corner})
-        self.ctx.memory_barrier(_BARRIER)
-        yield 1.0
 
     def release(self) -> None:
         """Release GPU resources."""
         parts = (self.sun, self.sky, self._heights, self._block, self._horizons, self._hulls, *self._tables.values())
-        for resource in (*parts, self._around, self._fold, self._pack, self._keep):
+        for resource in (*parts, self._around, self._fold, self._keep):
             resource.release()
 
     @property
@@ -124,8 +120,8 @@ class PageSweep:
     def _make_kernels(self) -> None:
         window = {"WINDOW": 1, "LOBES": len(SKY_AXES), "FULL": f"{FULL}.0"}
         tables = {"SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": layout.SKY_TEXEL}
-        self._around, self._keep, self._pack = (
-            ComputePass(self.ctx, f"horizon/{name}.comp", window) for name in ("around", "keep", "pack")
+        self._around, self._keep = (
+            ComputePass(self.ctx, f"horizon/{name}.comp", window) for name in ("around", "keep")
         )
         self._fold = ComputePass(self.ctx, "horizon/fold.comp", window | tables)
 

@@ -59,7 +59,7 @@ class GpuResources:
             A size of no pixels, or beyond what the GPU can draw.
         """
         try:
-            check_driver(self.session.ctx)
+            check_driver(self.session.ctx, self.session.keep)
             self.check_size(size)
             with self._memory_for_map(heightmap):
                 yield from self._table_steps(heightmap)

@@ -32,7 +32,7 @@ from ..mesh import MeshDraws
 from ..pages.light import light_of
 from ..terrain import Terrain
 from . import contours, surroundings
-from .programs import PixelPasses, Wanted
+from .programs import KINDS, PixelPasses, Wanted
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _OF_LIGHT = ("visibility", "ambient", "direct", "lobes")  # styles that show parts of the light
@@ -334,7 +334,8 @@ class Picture:
 
     def sees_land(self) -> bool:
         """Whether any sample of the last picture sees the map."""
-        return bool((self.sky_share() < 1).any())
+        kinds = np.rint(8 * np.frombuffer(self._kinds.read(), "f4"))
+        return bool(np.isin(kinds, [KINDS["NEAR"], KINDS["MIXED"]]).any())
 
     def depths(self) -> np.ndarray:
         """The depth buffer's value of each pixel's furthest sample: (height, width) float32, first row on top."""
