@@ -1,7 +1,7 @@
 // error/coarse.comp — the coarse levels of the error table, in three steps (u_step) of one program:
-//   CUT     one thread for each edge of a node: how far the edge's posts lie off the straight lines between its corners.
-//           If an edit changes neither these distances nor a vertex of the node, the errors of the node's other posts
-//           stay as they are
+//   CUT     one thread for each edge of a node: how far its posts lie off the straight lines between its corners. If an
+//           edit changes neither these distances nor a vertex of the node, the errors of the node's other posts stay as
+//           they are
 //   GATHER  one thread for each block of a node: visits its posts, if they may have changed, and adds it to its node
 //   WRITE   one thread for each node: writes the record
 // Python twins: reference.cut_errors, reference.cut_moves

@@ -7,8 +7,8 @@
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   is the mean visibility, weighted by the light that each cell would get without a horizon.
 // The shader runs once for each batch of azimuths. Before the last run, the memory of the shares holds sums as floats.
-// The last run also packs the shares of all lobes into one texel, before they are summed: one fetch reads them all. Word
-// i of a texel holds lobes 3i, 3i + 1 and 3i + 2, ten bits each.
+// The last run also packs the shares of all lobes into one texel, before they are summed: one fetch reads them all.
+// Word i of a texel holds lobes 3i, 3i + 1 and 3i + 2, ten bits each.
 // For comparison only, PRINTED 1 is equation A.5 as printed, without a cosine:
 // V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the horizontal.
 // Python twins: reference.skylit, reference.visible_shares, reference.pack_shares
