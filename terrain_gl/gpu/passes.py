@@ -240,9 +240,9 @@ class _Pass:
         for name in self._uniforms:
             value = uniforms[name]
             if name not in self._values or self._values[name] != value:
-                self._values[name] = value
                 is_array_of_one = isinstance(value, list) and len(value) == 1  # to moderngl, it is no array
                 self._program[f"u_{name}"] = value[0] if is_array_of_one else value
+                self._values[name] = value
 
     def _unit(self, member: moderngl.Uniform) -> int:
         """The unit of a sampler or an image; moderngl does not know those of all types."""
