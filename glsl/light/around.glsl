@@ -77,15 +77,15 @@ vec3 seen_afar(vec3 light, vec3 direction, float distance_m) {
     return mix(hazed(light, direction, distance_m), low_sky(direction), plain_cover(distance_m));
 }
 
-vec3 open_colour(vec3 direction) { return tone_mapped(u_exposure * open_sky(direction)); }
-
-#if EDGE > 0
+#if EDGE > 0 && PIXELS == OPEN
+vec3 sky_colour(Ray ray) { return tone_mapped(u_exposure * open_sky(ray.along)); }
+#elif EDGE > 0
 vec3 sky_colour(Ray ray) {
     vec3 direction = ray.along;
     ray.along = direction / dot(direction, u_forward.xyz);  // its component along the view is 1
     vec2 place;
     float wall = wall_depth(ray, place), plain = plain_depth(ray);
-    if (wall < 0.0 && plain < 0.0) return open_colour(direction);
+    if (wall < 0.0 && plain < 0.0) return tone_mapped(u_exposure * open_sky(direction));
     float depth = wall > 0.0 ? wall : plain, distance_m = is_orthographic() ? 0.0 : depth * length(ray.along);
     vec3 at_m = ray.start + ray.along * depth;
     float up_m = at_m.z + drop_m(at_m.xy) + u_eye_z_m + u_eye_z_rest_m;

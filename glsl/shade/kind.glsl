@@ -1,11 +1,11 @@
 // shade/kind.glsl — kinds of pixels. Each kind has its own program, which leaves out code that its pixels never need.
-//   OPEN    all samples see the open sky, beyond the surroundings of the map: the program of SKY, with u_is_open
+//   OPEN    all samples see the open sky, beyond the surroundings of the map
 //   SKY     no sample sees land
 //   NEAR    all samples see the same ground, and the footprint is about a cell or smaller: one place, by splines
 //   MIXED   an edge passes through the pixel, or the footprint is larger: shaded by means from tables
 //   ANY     a program for all pixels
 // shade/kind.frag finds the kind of each pixel.
-// Provides PIXELS, MAY_BE_FAR, KIND.   Python twin: shade.programs.KINDS
+// Provides PIXELS, MAY_BE_FAR.   Python twin: shade.programs.KINDS
 
 #define ANY 0
 #define SKY 1
@@ -18,16 +18,3 @@
 #endif
 
 const bool MAY_BE_FAR = PIXELS != NEAR;
-
-#if defined(EDGE) && PIXELS == SKY
-#if EDGE > 0
-#define MAY_BE_OPEN
-uniform bool u_is_open;
-#endif
-#endif
-
-#ifdef MAY_BE_OPEN
-#define KIND (u_is_open ? OPEN : SKY)
-#else
-#define KIND PIXELS
-#endif

@@ -87,19 +87,14 @@ float ground_share() {
 
 vec3 mean_of_samples(vec3 sum) { return sum / (CLEAR == 1 ? max(float(SAMPLES - g_open), 1.0) : float(SAMPLES)); }
 
-#if PIXELS == SKY
-#ifdef MAY_BE_OPEN
-vec3 open_colour(vec3 direction);
-#endif
-
+#if CLEAR == 1 && PIXELS == OPEN
 vec3 pixel_colour() {
-#ifdef MAY_BE_OPEN
-    if (u_is_open) {
-        g_open = CLEAR == 1 ? SAMPLES : 0;
-        return CLEAR == 1 ? vec3(0.0) : open_colour(view_ray(vec2(0.0)).along);
-    }
-#endif
-    bool is_one = CLEAR == 0 && EDGE == 0;
+    g_open = SAMPLES;
+    return vec3(0.0);
+}
+#elif PIXELS == SKY || PIXELS == OPEN
+vec3 pixel_colour() {
+    bool is_one = CLEAR == 0 && (EDGE == 0 || PIXELS == OPEN);
     return is_one ? sky_colour(view_ray(vec2(0.0))) : mean_of_samples(around_colour(ALL));
 }
 #elif PIXELS == NEAR

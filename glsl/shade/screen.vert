@@ -4,5 +4,5 @@
 
 void main() {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-    gl_Position = vec4(4.0 * corner - 1.0, float(KIND) / 8.0, 1.0);
+    gl_Position = vec4(4.0 * corner - 1.0, float(PIXELS) / 8.0, 1.0);
 }

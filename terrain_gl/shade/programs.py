@@ -56,8 +56,7 @@ class PixelPasses:
 
     def draw(self, fragment: str, kind: str, wanted: Wanted, state: State, offered: Resources) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`; it takes what it declares of `offered`."""
-        wanted = wanted._replace(uniforms=wanted.uniforms | {"is_open": kind == "OPEN"})
-        each = self._of(fragment, "SKY" if kind == "OPEN" else kind, wanted)
+        each = self._of(fragment, kind, wanted)
         assert isinstance(each, DrawPass)
         each.draw(state, *_taken(each, offered, wanted))
 

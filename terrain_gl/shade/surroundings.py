@@ -9,7 +9,7 @@ SURROUNDINGS = ("block", "none")
 NONE = 0  # values of EDGE in the shader; with WALLS, the plain is drawn, too
 PLAIN = 1
 WALLS = 2
-OF_KIND = {"SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE in the program of each kind of pixels
+OF_KIND = {"OPEN": PLAIN, "SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE in the program of each kind of pixels
 BLOCK = 0.025  # how far the block reaches below the lowest post, as a fraction of the map's longer side
 
 
