@@ -125,9 +125,9 @@ def _read(path: str, included_from: str) -> str:
 
 @cache
 def _without_comments(text: str) -> str:
-    """The text, each line where it was; spaces at the ends of lines would be most of it."""
+    """The text, each line where it was, without the spaces around it, which would be most of the text."""
     without = _COMMENT.sub(lambda comment: " " + "\n" * comment[0].count("\n"), text)
-    return "\n".join(line.rstrip() for line in without.split("\n"))
+    return "\n".join(line.strip() for line in without.split("\n"))
 
 
 def root() -> Path:
