@@ -88,7 +88,7 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, name):
 
 
 def test_what_measuring_loses_is_far_below_a_float(ctx, monkeypatch):
-    """A few large triangles over a steep plane have no error: at most 2^-40 of the relief (precision.md, section 4).
+    """A few large triangles over a steep plane have no error: at most 2^-40 of the relief (precision.md, section 5).
 
     Floats instead of pairs of floats lose about 2^-24 of it.
     """

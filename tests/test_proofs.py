@@ -428,7 +428,7 @@ def test_squares_are_not_rounded_down():
     assert not squares_are_right(text.replace("(1.0 + exp2(-18.0)), high", "(1.0 - exp2(-22.0)), high"))
 
 
-# --- Pairs of floats: precision.md, section 4 -------------------------------------------------------------------------
+# --- Pairs of floats: precision.md, section 5 -------------------------------------------------------------------------
 
 
 def as_fractions(pair):

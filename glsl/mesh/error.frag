@@ -2,7 +2,7 @@
 //   Each pixel is one place: a cell has PLACES × PLACES places, posts included. Heights are counted from that of the
 //   post north-west of the place, and distances from the place, in units of 1/PLACES of a post, or of 1/64 of that if a
 //   vertex is between posts. Then distances are integers below 2^21, and areas are exact as pairs (mesh/pair.glsl).
-//   What this loses: docs/precision.md, section 4.
+//   What this loses: docs/precision.md, section 5.
 //   The triangle is drawn with the drops of its corners, and the truth has the drop of the place (blocks/view.glsl). A
 //   plane that is added to both does not change their difference. So we may take the drops for an eye at the place
 //   itself, where they are small.

@@ -2,7 +2,7 @@
 //   Few cards compute doubles quickly, and compilers of some emulate them: 55,789 instructions for one shader.
 //   sum_of() and product_of() are exact (Knuth 1969; Dekker 1971, "A floating-point technique for extending the
 //   available precision"), if no compiler reorders or fuses their operations: they are `precise`, and the self-test
-//   tries them. Of the results of the others, at most 2^-44 is lost: docs/precision.md, section 4.
+//   tries them. Of the results of the others, at most 2^-44 is lost: docs/precision.md, section 5.
 // Provides sum_of(), product_of(), plus(), times(), over().
 
 vec2 sum_of(float a, float b) {
