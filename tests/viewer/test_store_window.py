@@ -392,6 +392,8 @@ def test_the_edits_of_an_exaggerated_store_are_where_the_cursor_was(shown, hills
     viewer.mouse.press("left", x, y)
     later(app)
     viewer.mouse.release("left", x, y)
+    while viewer.sculpting.at_work:
+        later(app)
     until_complete(app)
     all_posts = slice(0, 200), slice(0, 261)
     risen = viewer.scene.renderer.heightmap.part(*all_posts) - hills[0].heights
