@@ -286,8 +286,10 @@ class Viewer:
 
     @property
     def settled(self) -> bool:
-        """Whether the picture is complete: in full size and lit. Its error may not be measured yet."""
+        """Whether the picture is complete: in full size, lit, with all dabs. Its error may not be measured yet."""
         if not self.scene.has_map or self.loader.job or self.tiles.are_coming or self.tiles.is_rebuilding:
+            return False
+        if self.sculpting.tool and self.sculpting.tool.due:
             return False
         return self.painter.is_done(self.scene.frame_spec()) and not self.tiles.lacks_light
 

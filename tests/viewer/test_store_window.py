@@ -70,7 +70,7 @@ def shown(hills, session_context, request):
 
 def until_complete(app):
     end = time.monotonic() + 100
-    while not app.viewer.settled or (app.viewer.sculpting.tool and app.viewer.sculpting.tool.due):
+    while not app.viewer.settled:
         assert time.monotonic() < end
         time.sleep(0.005)
         later(app)
