@@ -37,7 +37,8 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out cases of tests that are marked `sampled(n, cover)`, unless `--all` asks for them."""
+    """Begin with the longest tests, and leave out cases of `sampled(n, cover)`, unless `--all` asks for them."""
+    items.sort(key=lambda item: item.get_closest_marker("longest") is None)
     if config.getoption("--all"):
         return
     tests = {}

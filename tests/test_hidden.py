@@ -218,7 +218,9 @@ def test_an_eye_over_voids_may_see_land_from_below(ctx):
 
 def test_an_edit_moves_the_horizon(ctx):
     """A wall comes and goes in front of the eye."""
-    heightmap = tg.Heightmap(rough(97, 97, 4, 20.0), SPACING_M)
+    heights = rough(97, 97, 4, 20.0)
+    heights[0, 0] = 150.0  # as high as the wall: land hides others up to the height of the opened map
+    heightmap = tg.Heightmap(heights, SPACING_M)
     camera = tg.Camera((480.0, 200.0, 40.0), (480.0, 900.0, 20.0), 60.0)
     with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
         before = heightmap.heights[56:62].copy()

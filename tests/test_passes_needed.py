@@ -242,12 +242,14 @@ MAIN = ".comp", ".vert", ".tesc", ".tese", ".geom", ".frag"
 # - Some tables are read for few places only: marks at the rim of a void, heights and pages near the eye, the sun's
 #   horizon where its disc is half hidden, the grain's rows. A small picture has few of them or none.
 # - Some uniforms have an effect only above a limit: depths behind `far`, a `bar` that the error does not reach, prices.
+# - Which posts have changed matters for edits, which come after MOST_TRIES runs: tests/test_error.py compares them.
 _STYLES = (
     "ambient cracks depth direct error lambert lobes lod normals promise segments shaded visibility voids wireframe"
 )
 _OF_STYLES = {f"shade/{name}.frag": "Lights Listed Terrain View" for name in f"{_STYLES} coverage wires".split()}
 UNSEEN = {
     "comparison/tessellated/levels.comp": "u_heights",
+    "error/coarse.comp": "posts",
     "horizon/fold.comp": "Open axes",
     "light/record.comp": "HeightSums ramp u_albedo",
     "lod/every_post.comp": "Counters Squares u_marks",
@@ -382,6 +384,7 @@ def in_order(found):
 
 
 @pytest.mark.slow
+@pytest.mark.longest
 def test_whatever_passes_use_is_asked_for_and_changes_what_they_write(ctx, tmp_path, monkeypatch, pytestconfig):
     if pytestconfig.getoption("--driver") not in (None, "llvmpipe"):
         pytest.skip("other drivers leave out other names")

@@ -93,10 +93,10 @@ def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[
     raise TerrainError(f"{name}: holds the layers {shown}: name the one with heights, as --band {next(iter(layers))}")
 
 
-def utf8(path: str, name: str) -> str:
+def utf8(path: str | os.PathLike[str], name: str) -> str:
     """Return the absolute path for a library that takes only UTF-8 names."""
     try:
-        path.encode("utf-8")
+        os.fspath(path).encode("utf-8")
     except UnicodeEncodeError:
         raise TerrainError(f"{name}: its name is not valid UTF-8: rename the file") from None
     return os.path.abspath(path)

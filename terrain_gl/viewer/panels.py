@@ -167,8 +167,9 @@ class Panels:
             top_of_hint = imgui.get_cursor_pos_y()
             with ui.wrapped():
                 imgui.text_disabled(ui.hovered_hint or "Point at a control to read what it does.")
-            imgui.set_cursor_pos_y(top_of_hint)  # a long hint does not change the panel's height
-            imgui.dummy((0.0, HINT_LINES * imgui.get_text_line_height_with_spacing()))
+            if height > LOW_EM * ui.em:
+                imgui.set_cursor_pos_y(top_of_hint)  # a long hint does not change the panel's height
+                imgui.dummy((0.0, HINT_LINES * imgui.get_text_line_height_with_spacing()))
             self._foot_px = imgui.get_cursor_pos_y() - top + imgui.get_style().window_padding[1]
         imgui.end()
 
