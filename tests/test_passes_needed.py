@@ -30,6 +30,7 @@ from terrain_gl.image import write_image
 from terrain_gl.pages.crop import release_context
 from terrain_gl.renderer.methods import METHODS
 from terrain_gl.renderer.overlay import Overlay
+from terrain_gl.sat import SummedAreaTables, Table
 from terrain_gl.shade.picture import STYLES
 
 SIZE = (96, 64)
@@ -127,7 +128,19 @@ def of_methods(ctx, folder):
         return [renderer.render(CAMERA, style="lod", method=name).image for name in METHODS]
 
 
-SCENES = of_driver, of_options, *map(of_style, STYLES), of_store, of_methods
+def of_strips(ctx, folder):
+    """A table of sums as GPUs make it: a thread for each strip of a line. Processors sum whole lines."""
+    values = np.random.default_rng(1).integers(0, 2**30, (2, 40, 50)).astype("u4")
+    with ctx:
+        sums, buffer = SummedAreaTables(ctx, 32, 8), ctx.buffer(values.tobytes())
+        sums.build(buffer, Table(50, 40, 2))
+        found = buffer.read()
+        sums.release()
+        buffer.release()
+    return [found]
+
+
+SCENES = of_driver, of_strips, of_options, *map(of_style, STYLES), of_store, of_methods
 
 
 # --- In the place of what is given ------------------------------------------------------------------------------------
