@@ -11,31 +11,16 @@ from __future__ import annotations
 import math
 import statistics
 import sys
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
+from budgets import maps
 
 import terrain_gl as tg
-from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
 from terrain_gl.shade.picture import UNLIT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-from maps import REAL  # noqa: E402  the tests' own maps, and how to open them
-
 SIZE = (1280, 720)
 CELLS = 1024
-
-
-def maps(folder: str | None) -> Iterator[tuple[str, tg.Heightmap, tg.Camera]]:
-    """Name, map and first view, one at a time."""
-    for name, known in bundled().items():
-        yield name, open_map(name)[0], known.camera
-    for name, options in REAL.items() if folder else ():
-        if (path := Path(folder or "") / name).exists():
-            heightmap = tg.Heightmap.open(path, **options)
-            yield name, heightmap, tg.Camera.default(heightmap)
 
 
 def triangles(heightmap: tg.Heightmap, views: dict[str, tg.Camera]) -> np.ndarray:

@@ -131,6 +131,18 @@ def narrow_camera(kind, middle):
     return replace(level, bend_per_m=1e-9) if kind == "curved" else level
 
 
+def test_parallel_rays_see_land_that_an_edit_has_raised_beyond_the_units(ctx):
+    """What float32 adds depends on the heights that there are, not on those that gave the tables their units."""
+    size, camera = (640, 360), Camera.orthographic((480.0, -500.0, 1.0), (480.0, 480.0, 1.0), 0.1)
+    with Renderer(Heightmap(rough(33, 33, 5, 2.0), 30.0), size, ctx=ctx) as renderer:
+        renderer.edit(3, 4, 100.0)
+        edited = renderer.heightmap
+        opened_anew = Heightmap(edited.heights, 30.0)
+        assert edited.quantised_m != opened_anew.quantised_m
+        bounds = [certified_rounding_px(camera, each, size) for each in (edited, opened_anew)]
+    assert bounds[0][1] > 0 and bounds[0] == bounds[1]
+
+
 @pytest.mark.parametrize(
     ("kind", "goal"),
     [

@@ -54,7 +54,7 @@ def certified_rounding_px(camera: Camera, heightmap: Heightmap, size: tuple[int,
     """
     of_clip_px, of_screen_px = _rounding_px(camera, size)
     if camera.is_orthographic:
-        (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.quantised_m
+        (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.range_m
         corners = np.array([[0.0, 0.0, low_m], [east, north, high_m]])
         over_w = math.hypot(*np.abs(corners - camera.eye).max(0)) + math.hypot(*camera.centre)
     else:

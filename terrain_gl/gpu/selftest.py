@@ -97,8 +97,8 @@ def _wrong_tables(ctx: moderngl.Context, keep: Keep) -> Iterator[str]:
 def _sum_lines(ctx: moderngl.Context, kernels: list[ComputePass], tables: Resources, strip: int, **lines: int) -> None:
     """Reduce, scan, propagate along parallel lines of words; a line of one strip needs no sums of strips."""
     strips = -(-lines["length"] // strip)
-    phases = zip(kernels[::-1], (strips, 1, strips), strict=False) if strips > 1 else [(kernels[-1], 1)]
-    for kernel, groups in list(phases)[::-1]:
+    phases = zip(kernels, (strips, 1, strips), strict=True) if strips > 1 else [(kernels[-1], 1)]
+    for kernel, groups in phases:
         uniforms = {"first": 0, "strip": strip, "low_bits": 0x7FFFFFFF, **lines}
         kernel.run((-(-lines["lines"] // 64), groups, 1), tables, uniforms)
         ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)

@@ -364,11 +364,11 @@ class Picture:
         """Output of a fragment shader for pixels of one of `KINDS`: (height, width, components), first row on top."""
         return self._read_back(fragment, kind, Wanted(self.lighting.defines, uniforms), components, dtype)
 
-    def show(self, framebuffer: moderngl.Framebuffer, viewport: Box | None = None, scissor: Box | None = None) -> None:
+    def show(self, framebuffer: moderngl.Framebuffer, viewport: Box | None = None) -> None:
         """Copy the finished picture to a framebuffer, enlarged to a viewport (by default, the whole framebuffer)."""
         window = viewport or (0, 0, *framebuffer.size)
         copy = "shade/show.frag" if window[2:] == self.size else "shade/enlarge.frag"
-        state = State(framebuffer, window, scissor)
+        state = State(framebuffer, window)
         wanted = Wanted(self.lighting.defines, {"window": window})
         self.programs.draw(copy, "ANY", wanted, state, {"u_picture": self._picture})
 

@@ -14,7 +14,7 @@ from .controller import Controller
 from .loading import Opened
 from .pose import Pose, raised
 from .settings import Settings
-from .split import WHOLE, Split
+from .split import Split
 from .window_state import Size, WindowState
 
 _OF_ERROR = ("promise", "error")  # styles that a preview cannot show, because it has no errors of the whole map
@@ -27,7 +27,7 @@ class FrameSpec:
     camera: Camera
     size: Size
     sides: tuple[FrameOptions, ...]
-    split: Split = field(default=WHOLE, compare=False)  # the pictures of the sides do not depend on it
+    split: Split = field(compare=False)  # the pictures of the sides do not depend on it
 
     @property
     def lit_look(self) -> Look:
