@@ -241,7 +241,7 @@ NEEDED = {  # calls of a pass, or switches, and dirt that spoils the picture wit
     state.SWITCHES["FRAMEBUFFER_SRGB"]: ("FRAMEBUFFER_SRGB", drawn_into),
 }
 
-UNSEEN = {  # switches that change no bytes on llvmpipe, in no scene, on or off; and why other drivers need them
+UNSEEN = {  # switches that change no bytes on llvmpipe, on or off, so OpenGL is asked; and why other drivers need them
     "DEPTH_CLAMP": "a depth extrapolated to below 0 would be the sky: docs/guarantee.md, section 5",
     "LINE_SMOOTH": "no lines are drawn; with wireframe left on, llvmpipe may crash",
     "PRIMITIVE_RESTART_FIXED_INDEX": "no index of a map is 2³² - 1; a program's window may have one of 2¹⁶ - 1",
@@ -270,19 +270,58 @@ class Lacking:
         return self._whole.has_clip_control if name == "has_clip_control" else call
 
 
+def lack(monkeypatch, lacks):
+    """Take a call, or a switch, away from what passes set."""
+    set_all, whole = passes._set, passes.calls
+
+    def set_most(ctx, asked):
+        with monkeypatch.context() as patch:
+            patch.setattr(passes, "calls", lambda ctx: Lacking(whole(ctx), lacks))
+            set_all(ctx, asked)
+
+    monkeypatch.setattr(passes, "_set", set_most)
+
+
+DECLARED = {"DEPTH_CLAMP": lambda asked: asked.least_depth is not None, "CLIP_DISTANCE0": lambda asked: asked.clips}
+DECLARED |= {"DITHER": lambda asked: True}  # the other switches are off in every draw
+
+
+@pytest.mark.parametrize("name", UNSEEN)
+def test_at_each_draw_opengl_has_the_switch_that_is_declared(ctx, land, camera, cleaned, monkeypatch, name):
+    """OpenGL itself is asked, between the pass and its draw. Without the pass's call, it has the caller's switch."""
+    number, states, found = state.SWITCHES[name], [], []
+    is_enabled = gl.function(ctx, "glIsEnabled", ctypes.c_ubyte, ctypes.c_uint)
+    begin, declared = passes.DrawPass._begin, DECLARED.get(name, lambda asked: False)
+    monkeypatch.setattr(passes.DrawPass, "_begin", lambda *given: (states.append(given[1]), begin(*given)))
+
+    def asking(draw):
+        def asked(*given, **more):
+            found.append((bool(is_enabled(number)), declared(states[-1])))
+            return draw(*given, **more)
+
+        return asked
+
+    for draw in (moderngl.VertexArray.render, moderngl.VertexArray.render_indirect):
+        monkeypatch.setattr(moderngl.VertexArray, draw.__name__, asking(draw))
+
+    with tg.Renderer(land, SIZE, ctx=ctx) as renderer:
+        for is_lacking in (False, True):
+            if is_lacking:
+                lack(monkeypatch, number)
+            for left_on in (False, True):
+                found.clear()
+                Dirt(ctx).call("glEnable" if left_on else "glDisable", number)
+                seen(renderer, camera)
+                assert len(found) > 5
+                assert all(is_on == (left_on if is_lacking else asked) for is_on, asked in found)
+
+
 @pytest.mark.parametrize("lacks", NEEDED)
 def test_without_a_state_that_passes_set_dirt_spoils_the_picture(ctx, land, camera, cleaned, monkeypatch, lacks):
     dirt, scene = needed if isinstance(needed := NEEDED[lacks], tuple) else (needed, seen)
     with tg.Renderer(land, SIZE, ctx=ctx) as renderer:
         expected = scene(renderer, camera)
-        set_all, whole = passes._set, passes.calls
-
-        def set_most(ctx, asked):
-            with monkeypatch.context() as patch:
-                patch.setattr(passes, "calls", lambda ctx: Lacking(whole(ctx), lacks))
-                set_all(ctx, asked)
-
-        monkeypatch.setattr(passes, "_set", set_most)
+        lack(monkeypatch, lacks)
         DIRT[dirt](Dirt(ctx))
         assert scene(renderer, camera) != expected
 
