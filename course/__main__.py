@@ -13,6 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from . import truths
 from .checking import EXACT, SECONDS, Lesson, check, lesson, points_text
 from .folders import HERE, SEED, lessons
 from .remote import StudentError
@@ -87,6 +88,13 @@ def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     )
     tree.add_argument("--solved", default="", help="lessons whose solutions are added for `picture --fill`, as 1,2")
     tree.set_defaults(run=_strip)
+    mutants = commands.add_parser(
+        "mutants", help="change the solutions token by token, and list what the checks accept"
+    )
+    mutants.add_argument("--lessons", default="", help="numbers with commas; left out: all")
+    mutants.add_argument("--count", type=int, default=20, help="mutants of a lesson")
+    mutants.add_argument("--seed", type=int, default=1, help="chooses the mutants, and the maps of the checks")
+    mutants.set_defaults(run=_mutants)
     pictures = commands.add_parser("pictures", help="draw every lesson's picture of a right solution again")
     pictures.set_defaults(run=_pictures)
     blanks = commands.add_parser("blanks", help="write every lesson's blanks, and its task in the real code, again")
@@ -108,6 +116,9 @@ def _check(options: argparse.Namespace) -> int:
     file = options.file or found.folder / found.file
     if not file.is_file():
         raise UsageError(f"{file}: no such file")
+    known = truths.seeds(found.folder)
+    if known and options.seed not in known:
+        raise UsageError(f"this copy has maps of the seeds {', '.join(map(str, known))}")
     print(f"Lesson {found.number}: {found.title}")
     worst, points, not_run, printed = [], 0.0, 0.0, ""
     for outcome in check(found, file, options.seed):
@@ -149,7 +160,7 @@ def _grade(options: argparse.Namespace) -> int:
     if not options.folder.is_dir():
         raise UsageError(f"{options.folder}: no such folder")
     if not submissions(options.folder):
-        raise UsageError(f"{options.folder}: it has no folders; each student has one")
+        raise UsageError(f"{options.folder}: it is empty; each student has a folder in it")
     if not options.output.parent.is_dir():
         raise UsageError(f"{options.output.parent}: no such folder")
     if options.feedback is not None and options.feedback.exists():
@@ -160,9 +171,7 @@ def _grade(options: argparse.Namespace) -> int:
         raise UsageError(f"no code runs behind the walls with {sys.executable}: {error}") from None
     if missing and not options.trust:
         raise UsageError(f"on this system a student's code {', '.join(missing)}; use the container, or --trust")
-    chosen = [_lesson(number) for number in _numbers(options.lessons)] or [
-        _lesson(int(path.name[:2])) for path in lessons()
-    ]
+    chosen = _chosen(options)
     seed = secrets.randbelow(2**31) if options.seed is None else options.seed
     found = grade(options.folder, chosen, seed, options.seconds, options.jobs, lambda name: print(name, flush=True))
     write_table(found, chosen, seed, options.output)
@@ -191,6 +200,28 @@ def _strip(options: argparse.Namespace) -> int:
     students_tree(options.folder, options.seed, [_lesson(number).folder for number in _numbers(options.solved)])
     print(f"wrote {options.folder}")
     return 0
+
+
+def _chosen(options: argparse.Namespace) -> list[Lesson]:
+    """The lessons that an option names, or all."""
+    named = [_lesson(number) for number in _numbers(options.lessons)]
+    return named or [_lesson(int(path.name[:2])) for path in lessons()]
+
+
+def _mutants(options: argparse.Namespace) -> int:
+    from .mutants import SURVIVED, verdicts
+
+    left = 0
+    for each in _chosen(options):
+        counts: dict[str, int] = {}
+        for mutant, said, why in verdicts(each, options.count, options.seed):
+            counts[said] = counts.get(said, 0) + 1
+            if why or said == SURVIVED:
+                print(f"  {mutant.task}  {mutant.line}\n    now  {mutant.changed}\n    {why or 'NOT EXPLAINED'}")
+        left += counts.get(SURVIVED, 0)
+        print(f"lesson {each.number}: {', '.join(f'{n} {said}' for said, n in sorted(counts.items()))}", flush=True)
+    print(f"{left} mutants survive without a reason")
+    return 1 if left else 0
 
 
 def _blanks(options: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from . import truths
 from .folders import BLANKS, lessons
 from .remote import BlankError, Student, StudentError
 
@@ -144,8 +145,10 @@ def load(path: Path) -> ModuleType:
     return module
 
 
-def check(found: Lesson, file: Path, seed: int, seconds: float = SECONDS, walled: bool = False) -> Iterator[Outcome]:
-    """Check a student's file task by task. The maps, sizes and voids follow from the seed.
+def check(
+    found: Lesson, file: Path, seed: int, seconds: float = SECONDS, walled: bool = False, first: int = 0
+) -> Iterator[Outcome]:
+    """Check a student's file task by task, from the task `first` on. The maps, sizes and voids follow from the seed.
 
     Each task has `seconds` of its own, so an endless task takes no time from the others. If the file cannot be loaded,
     it is tried only once, and all tasks are wrong.
@@ -157,7 +160,7 @@ def check(found: Lesson, file: Path, seed: int, seconds: float = SECONDS, walled
             student.call("")
         except StudentError as error:
             hindrance = str(error)
-        for index, each in enumerate(found.tasks):
+        for index, each in list(enumerate(found.tasks))[first:]:
             if hindrance:
                 yield Outcome(each, WRONG, [Finding(each.title, WRONG, hindrance)], student.printed)
                 continue
@@ -165,6 +168,7 @@ def check(found: Lesson, file: Path, seed: int, seconds: float = SECONDS, walled
                 student.close()
                 student = Student(file, seconds, walled, found.original)
             student.allow(seconds)
+            truths.begin(found.folder, seed, index)
             yield outcome_of(each, student, np.random.default_rng([seed, found.number, index]))
     finally:
         student.close()
@@ -257,6 +261,12 @@ def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Fi
     where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
     text = "too large" + (f" at {where}" if where else "")
     return Finding(what, WRONG, f"{text}: yours {_short(got[at])}, at most {_short(-ceiling[at])}", got, -ceiling)
+
+
+def areas(triangles: np.ndarray) -> np.ndarray:
+    """The signed area of each triangle, (n, 3, 2): positive if x runs to y in the direction of its corners."""
+    (ax, ay), (bx, by) = (triangles[:, k].T - triangles[:, 0].T for k in (1, 2))
+    return np.asarray((ax * by - ay * bx) / 2)
 
 
 def holds(what: str, condition: bool, text: str) -> Finding:

@@ -16,11 +16,21 @@ from .checking import NOT_RUN, WRONG, Lesson, Outcome, points_text
 from .folders import HERE
 from .folders import lessons as all_lessons
 from .remote import Student
+from .similar import likenesses
 
 LARGEST = 1 << 20  # bytes of a student's file
 DEPTH = 6  # levels of folders below a submission that are searched
 # A table's notes repeat messages with these words.
-NOTED = ("the time limit", "the process ended", "the check ended", "too deep", "File too large", "MemoryError")
+NOTED = (
+    "the time limit",
+    "the process ended",
+    "the check ended",
+    "too deep",
+    "File too large",
+    "MemoryError",
+    "ImportError",
+    "BlockingIOError",
+)
 
 
 def open_walls() -> list[str]:
@@ -32,8 +42,8 @@ def open_walls() -> list[str]:
 
 
 def submissions(folder: Path) -> list[Path]:
-    """Folders of the students; links are not followed."""
-    return sorted(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
+    """What students handed in: folders, and also files and links, which get a row with the reason."""
+    return sorted(path for path in folder.iterdir() if path.is_symlink() or not path.name.startswith("."))
 
 
 def handed_in(student: Path, lesson: Lesson) -> tuple[Path | None, str]:
@@ -41,6 +51,8 @@ def handed_in(student: Path, lesson: Lesson) -> tuple[Path | None, str]:
 
     Of several files, the one with the fewest folders above it is graded, then the first by alphabet.
     """
+    if student.is_symlink() or not student.is_dir():
+        return None, "not a folder" + (": a link" if student.is_symlink() else "")
     found, elsewhere = [], []
     for folder, below, names in os.walk(student):
         below[:] = below if len(Path(folder).relative_to(student).parts) < DEPTH else []
@@ -70,6 +82,7 @@ class Graded:
     lesson: Lesson
     outcomes: list[Outcome]
     problem: str = ""  # why there is nothing to grade, or which of several files is graded
+    alike: str = ""  # which hand-in or file of the project it is most like
 
     @property
     def points(self) -> float:
@@ -93,13 +106,16 @@ class Graded:
         texts = [f.text for each in wrong for f in each.findings if any(reason in f.text for reason in NOTED)]
         tasks = [outcome.task.title.split()[0] for outcome in self.outcomes if outcome.not_run]
         not_run = f"{', '.join(tasks)} not run" if tasks else ""
-        return ", ".join(part for part in (self.problem, *texts[:1], not_run) if part)
+        return ", ".join(part for part in (self.problem, *texts[:1], not_run, self.alike) if part)
 
 
 def grade_lesson(student: Path, lesson: Lesson, seed: int, seconds: float) -> Graded:
-    """Grade a student's file of a lesson."""
-    file, said = handed_in(student, lesson)
-    return Graded(lesson, outcomes(lesson, file, seed, seconds) if file else [], said)
+    """Grade a student's file of a lesson. Whatever happens, there is a row with the reason."""
+    try:
+        file, said = handed_in(student, lesson)
+        return Graded(lesson, outcomes(lesson, file, seed, seconds) if file else [], said)
+    except Exception as error:
+        return Graded(lesson, [], f"the grader stopped here: {type(error).__name__}: {error}")
 
 
 def grade(
@@ -113,7 +129,23 @@ def grade(
         return student.name, graded
 
     with ThreadPoolExecutor(jobs) as pool:
-        return dict(pool.map(row, submissions(folder)))
+        found = dict(pool.map(row, submissions(folder)))
+    for at, lesson in enumerate(lessons):
+        _tell_likenesses({name: graded[at] for name, graded in found.items()}, folder, lesson)
+    return found
+
+
+def _tell_likenesses(found: dict[str, Graded], folder: Path, lesson: Lesson) -> None:
+    """Write into the rows of a lesson which hand-ins are like another one, or like a file of the project."""
+    files = {name: handed_in(folder / name, lesson)[0] for name, graded in found.items() if graded.outcomes}
+    told: dict[str, list[str]] = {name: [] for name in found}
+    for like in likenesses(lesson, {name: file for name, file in files.items() if file}):
+        for one, other in ((like.one, like.other), (like.other, like.one)):
+            if one in found:
+                told[one].append(f"{like.share:.0%} like {other}")
+    for name, said in told.items():
+        more = f" and {len(said) - 1} more" if len(said) > 1 else ""
+        found[name].alike = f"{said[0]}{more}" if said else ""
 
 
 def write_table(students: dict[str, list[Graded]], lessons: list[Lesson], seed: int, path: Path) -> None:

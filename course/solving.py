@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import re
 import shutil
+import tempfile
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from . import truths
 from .folders import BLANKS, HERE, LESSONS, SEED, lessons
 
 SOLUTIONS = HERE / "solutions"
@@ -31,6 +33,9 @@ APART = (
         "FACTS.md",
         "grading.py",
         "solving.py",
+        "mutants.py",
+        "similar.py",
+        "figure.py",
         "real.py",
         "courses.py",
         "test_course*.py",
@@ -38,6 +43,7 @@ APART = (
     ),
     *("*.egg-info", "__pycache__", ".*"),
 )
+MAPS = 3  # seeds whose true values students get
 _LECTURERS = re.compile(r"^<!-- lecturers -->\n.*?^<!-- end -->\n", re.MULTILINE | re.DOTALL)
 _PYTHON = re.compile(r"^([ \t]*)# solution\n.*?^[ \t]*# end\n", re.MULTILINE | re.DOTALL)
 _SHADER = re.compile(r"^([ \t]*)// solution\n.*?^[ \t]*// end\n", re.MULTILINE | re.DOTALL)
@@ -100,8 +106,9 @@ def write_blanks() -> list[Path]:
 def students_tree(out: Path, seed: int = 1, solved: Sequence[Path] = ()) -> None:
     """Write what students get: this repository without solutions and lecturers' parts, with fresh blanks.
 
-    They install it and read every file that a page names. `seed` chooses the maps of their checks. The solutions of
-    lessons in `solved` are there for `picture --fill`.
+    They install it and read every file that a page names. `seed` and the two seeds after it choose the maps of their
+    checks, which have stored values in place of code. The solutions of lessons in `solved` are there for
+    `picture --fill`.
     """
     shutil.copytree(HERE.parent, out, ignore=_left_out)
     for path in out.rglob("*.md"):
@@ -120,6 +127,25 @@ def students_tree(out: Path, seed: int = 1, solved: Sequence[Path] = ()) -> None
         text = blank(source.read_text(encoding="utf-8"))
         (course / LESSONS.name / folder.name / f"student{source.suffix}").write_text(text, encoding="utf-8")
         (course / BLANKS.name / folder.name).write_text(text, encoding="utf-8")
+        for each in range(seed, seed + MAPS):
+            truths.write(course / truths.STORED.name / folder.name / str(each), _true_values(folder, each))
+        check = course / LESSONS.name / folder.name / "check.py"
+        check.write_text(truths.without_code(check.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def _true_values(folder: Path, seed: int) -> list[list[Any]]:
+    """What the private functions of a lesson's check return for its solution, task by task."""
+    from .checking import EXACT, NOT_RUN, check, lesson
+
+    found: list[list[Any]] = []
+    with tempfile.TemporaryDirectory() as beside:
+        file = Path(beside, f"student{solution(folder).suffix}")
+        file.write_text(clean(solution(folder).read_text(encoding="utf-8")), encoding="utf-8")
+        for outcome in check(lesson(int(folder.name[:2])), file, seed):
+            if outcome.verdict not in (EXACT, NOT_RUN):
+                raise RuntimeError(f"the solution of {outcome.task.title} is {outcome.verdict}: {outcome.lines}")
+            found.append(truths.recorded())
+    return found
 
 
 def _left_out(folder: str, names: list[str]) -> set[str]:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from courses import NUMBERS, ROOT, checking, folders, outcomes, solved, solving, told
 
+from course import mutants, real  # noqa: E402
 from course.shaders import missing
 
 WRONG = [(number, wrong.name) for number in NUMBERS for wrong in solving.wrong_answers(checking.lesson(number).folder)]
@@ -116,9 +117,16 @@ print(sorted(loaded & set({blocked}) - {{n for n in {blocked} if sys.modules.get
     assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
 
 
-def test_the_students_tree_has_no_solutions_and_checks(tmp_path):
-    tree = tmp_path / "tree"
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A students' tree with maps of the seeds 7, 8 and 9."""
+    tree = tmp_path_factory.mktemp("students") / "tree"
     solving.students_tree(tree, seed=7)
+    return tree
+
+
+@pytest.mark.slow
+def test_the_students_tree_has_no_solutions_and_checks(tree):
     names = {path.name for path in tree.rglob("*")}
     secret = "solutions solution.py wrong.toml real.toml oral.md grading.py LECTURERS.md FACTS.md .git"
     assert not names & set(secret.split())
@@ -130,11 +138,60 @@ def test_the_students_tree_has_no_solutions_and_checks(tmp_path):
     assert "grade submissions" not in "".join(pages.values())
     number = NUMBERS[0]
     command = [sys.executable, "-m", "course", "check", str(number)]
-    done = subprocess.run(command, cwd=tmp_path / "tree", capture_output=True, text=True)
+    done = subprocess.run(command, cwd=tree, capture_output=True, text=True)
     assert done.returncode == 1 and "blank" in done.stdout and "0 of " in done.stdout, done.stderr
     code = "from course import __main__, checking; print(__main__._own_seed(), checking.lesson(3).original[:9])"
     done = subprocess.run([sys.executable, "-c", code], cwd=tree, capture_output=True, text=True)
     assert done.stdout == '7 """Lesson\n', done.stderr
+
+
+def checked_in(tree, number, path, *words):
+    """The output of the command `check` in a tree, which has its own package of the project."""
+    command = [sys.executable, "-m", "course", "check", str(number), str(path), *words]
+    done = subprocess.run(command, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True)
+    return done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", NUMBERS)
+def test_students_checks_have_values_in_place_of_code(tree, tmp_path, number):
+    """Their checks accept and reject as ours, without the reference, whatever is changed in the project."""
+    folder = checking.lesson(number).folder
+    check = (tree / "course" / "lessons" / folder.name / "check.py").read_text(encoding="utf-8")
+    code = check.partition('"""\n\n')[2]
+    assert "terrain_gl" not in code and not re.search(r"\breference\.|\brings\.", code)
+    answers = {"right": solved(number)} | {wrong.name: wrong.text for wrong in solving.wrong_answers(folder)[::9]}
+    for name, text in answers.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        lines = {
+            line.split()[0]
+            for line in re.findall(r"^  \w.*", checked_in(tree, number, tmp_path / name, "--seed", "8"), re.M)
+        }
+        assert lines <= {"exact", "not"} if name == "right" else "wrong" in lines or "not" in lines, (name, lines)
+
+
+@pytest.mark.slow
+def test_students_have_maps_of_three_seeds_and_no_reference_in_checks(tree, tmp_path):
+    """A change that a task in the real code left behind makes no right answer wrong."""
+    (tmp_path / "a.py").write_text(solved(5))
+    assert "seeds 7, 8, 9" in checked_in(tree, 5, tmp_path / "a.py", "--seed", "10")
+    each = real.change(checking.lesson(5).folder)
+    path = tree / each.file
+    assert each.file.startswith("terrain_gl/reference/") and each.old in path.read_text()
+    path.write_text(path.read_text().replace(each.old, each.new))
+    assert "12 of 12 points" in checked_in(tree, 5, tmp_path / "a.py")
+
+
+def test_a_mutant_that_survives_is_explained():
+    """A sample of the mutants of each lesson; `python -m course mutants --count 999` tries all."""
+    for number in NUMBERS:
+        lesson = checking.lesson(number)
+        every = mutants.mutants(lesson.folder)
+        known = {(mutant.line, mutant.changed) for mutant in every}
+        listed = [pair for n, *pair in mutants.explained() if n == number]
+        assert len(every) > 20 and [pair for pair in listed if tuple(pair) not in known] == []
+        for mutant, said, _ in mutants.verdicts(lesson, 2, seed=3):
+            assert said != mutants.SURVIVED, (mutant.line, mutant.changed)
 
 
 def test_check_draws_the_difference(tmp_path):

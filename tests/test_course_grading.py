@@ -2,6 +2,8 @@
 
 import csv
 import os
+import re
+import shutil
 import subprocess
 import sys
 import time
@@ -12,7 +14,7 @@ import pytest
 from courses import ROOT, checking, solved, solving
 
 pytest.importorskip("course.grading")
-from course import grading  # noqa: E402
+from course import grading, similar  # noqa: E402
 from course.box import walls  # noqa: E402
 from course.remote import StudentError  # noqa: E402
 
@@ -41,6 +43,7 @@ MALICIOUS = {
     "deep": HEAD + "    deep = []\n    for _ in range(3000): deep = [deep]\n    return deep\n",
     "endless_print": "import sys\n" + HEAD + "    while True: sys.stderr.write('x' * 10**6)\n",
     "nan": HEAD + "    return float('nan')\n",
+    "imports_reference": "from terrain_gl import reference\n" + HEAD + "    return reference.error_px(*a)\n",
     "tall": HEAD + "    import numpy as np\n    return np.zeros((10**6, 1, 1))\n",
 }
 # an answer whose shape makes a check's own arithmetic need more memory than there is: 1.4 compares it with a map
@@ -69,6 +72,12 @@ def graded(tmp_path_factory):
     for name, text in MALICIOUS.items():
         hand_in(folder, name, text if isinstance(text, bytes) else f"OUTSIDE = {str(outside)!r}\n{text}")
     (folder / "nothing").mkdir()
+    (folder / "file.zip").write_text("not unpacked")
+    os.symlink(outside, folder / "linked")
+    hand_in(folder, "two_copies", solved(2))
+    hand_in(folder, "two_copies/old", BLANK)
+    renamed = "# mine\n" + solved(2).replace("factor", "what_it_is").replace("rise_m)", "rise_m )")
+    hand_in(folder, "copied", renamed)
     hand_in(folder, "link", "")
     os.remove(folder / "link" / LESSON.folder.name / "student.py")
     os.symlink("/etc/passwd", folder / "link" / LESSON.folder.name / "student.py")
@@ -110,10 +119,42 @@ def test_malicious_answers_have_no_points(graded, name):
     assert rows[name]["sum"] == "0"
 
 
+def test_every_row_without_points_has_a_reason(graded):
+    """Those that got nothing: in the notes, or in the feedback under each task."""
+    rows, _, _, folder = graded
+    notes = {name: row["notes"] for name, row in rows.items()}
+    assert notes["file.zip"] == "2: not a folder" and notes["linked"] == "2: not a folder: a link"
+    assert "2 files: 02_screen_error/student.py is graded" in notes["two_copies"] and rows["two_copies"]["sum"] == "10"
+    for name in set(rows) - {"(most)"}:
+        text = (folder.parent / "feedback" / f"{name}.txt").read_text()
+        wrong = [
+            part
+            for part in re.split(r"^  (?=\w+ +\d\.\d)", text, flags=re.M)[1:]
+            if part.startswith(("wrong", "blank"))
+        ]
+        assert all(re.search(r"^ {11}\S", part, re.M) for part in wrong), text
+        assert rows[name]["sum"] != "0" or wrong or notes[name], name
+
+
+def test_copies_are_told_whatever_their_names_and_comments(graded):
+    notes = {name: row["notes"] for name, row in graded[0].items()}
+    assert all("100% like" in notes[name] for name in ("copied", "right", "two_copies"))
+    assert not any("like" in notes[name] for name in (*MALICIOUS, "blank", "nothing"))
+
+
+def test_other_solutions_of_one_task_are_not_alike():
+    """The checks' own computations are answers by another hand: they share less than a fifth with the solutions."""
+    for number in courses.NUMBERS:
+        lesson = checking.lesson(number)
+        found = similar.likenesses(lesson, {"anna": solving.solution(lesson.folder), "ben": lesson.folder / "check.py"})
+        assert [each for each in found if "anna" in (each.one, each.other) and "solution" not in each.other] == []
+
+
 def test_nothing_hangs_and_nothing_gets_out(graded):
     rows, seconds, outside, _ = graded
     assert seconds < 3 * 3 * len(rows)  # three tasks; most end at once
     assert (outside / "kept").read_text() == "kept"
+    assert "too deep" in rows["deep"]["notes"] and "ImportError" in rows["imports_reference"]["notes"]
     assert "the time limit" in rows["endless"]["notes"] and "File too large" in rows["prints"]["notes"]
 
 
@@ -201,6 +242,20 @@ def test_an_answer_that_needs_the_checks_memory_costs_its_own_task_alone(tmp_pat
     assert verdicts.pop("1.4") == "wrong" and set(verdicts.values()) == {"exact"}
 
 
+def test_a_task_that_ends_its_check_does_not_end_the_next_tasks(tmp_path):
+    """In a copy of the course whose first task ends the check's process, as a machine without memory does."""
+    shutil.copytree(ROOT / "course", tmp_path / "course", ignore=shutil.ignore_patterns("*.png", "__pycache__"))
+    check = tmp_path / "course" / "lessons" / LESSON.folder.name / "check.py"
+    text = check.read_text(encoding="utf-8")
+    assert text.count("    axes, focal_px, extent = view(rng)\n") == 1
+    check.write_text(text.replace("    axes, focal_px, extent = view(rng)\n", "    import os\n    os._exit(9)\n"))
+    hand_in(tmp_path / "class", "anna", solved(2))
+    command = [sys.executable, "-m", "course", "grade", "class", "-o", "p.csv", "--lessons", "2", "--trust"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    row = list(csv.DictReader((tmp_path / "p.csv").read_text().splitlines()))[1]
+    assert row["sum"] == "7" and "the check ended" in row["notes"], done.stderr
+
+
 def test_a_check_that_ends_leaves_a_row_with_the_reason(tmp_path, monkeypatch):
     """A check that dies is a task that is wrong, with a reason, and no end of the grading."""
     monkeypatch.setattr("sys.executable", "/bin/false")
@@ -234,7 +289,8 @@ def test_without_opengl_a_right_answer_loses_nothing_silently(tmp_path, monkeypa
     grading.write_table(found, lessons, 5, tmp_path / "p.csv")
     row = list(csv.DictReader((tmp_path / "p.csv").read_text().splitlines()))[1]
     assert (row["lesson 3"], row["lesson 8"]) == ("11 + 4 not run", "10 not run")
-    assert (row["sum"], row["not run"], row["notes"]) == ("11", "14", "3: 3.6 not run; 8: 8.1, 8.2, 8.3 not run")
+    assert (row["sum"], row["not run"]) == ("11", "14")
+    assert "3: 3.6 not run" in row["notes"] and "8: 8.1, 8.2, 8.3 not run" in row["notes"]
     grading.write_feedback(found, tmp_path / "feedback")
     text = (tmp_path / "feedback" / "anna.txt").read_text()
     assert "11 + 14 not run of 25 points" in text and text.count("this machine has no OpenGL 4.3") == 4

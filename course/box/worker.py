@@ -59,7 +59,8 @@ def main() -> None:
         try:
             message = wire.pack(answer)
         except (TypeError, ValueError, RecursionError) as error:
-            message = wire.pack({"error": f"{name}(): {error}", "blank": False})
+            why = "lists in lists, too deep" if isinstance(error, RecursionError) else error
+            message = wire.pack({"error": f"{name}(): {why}", "blank": False})
         answers.write(message)
         answers.flush()
 

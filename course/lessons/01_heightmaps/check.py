@@ -4,6 +4,7 @@ import numpy as np
 
 from course.checking import at_most, compare, task
 from course.land import land, voids
+from course.truths import private
 from terrain_gl import reference
 
 TITLE = "Heightmaps and the truth"
@@ -15,11 +16,29 @@ def map_of(rng):
     return land(rng, rows, cols + 7), tuple(rng.uniform(5, 40, 2))
 
 
+@private
+def true_places(heights, spacing):
+    """Where each post stands, (rows, cols, 3)."""
+    return np.moveaxis(reference.world_m(heights, spacing), 0, -1)
+
+
+@private
+def true_heights(heights, u, v):
+    """Heights at columns u and rows v."""
+    return reference.bilinear_heights(heights, u, v)
+
+
+@private
+def true_normals(heights, spacing):
+    """Normals in the middle of the cells."""
+    return reference.normals_of(heights, spacing)
+
+
 @task("1.1 where posts stand", points=2)
 def world(student, rng):
     """Maps of several sizes: row 0 is the north edge."""
     heights, spacing = map_of(rng)
-    want = np.moveaxis(reference.world_m(heights, spacing), 0, -1)
+    want = true_places(heights, spacing)
     yield compare("x, y, z of every post", student.world(heights, spacing), want, axes=("row", "column", "axis"))
 
 
@@ -33,7 +52,7 @@ def height_at(student, rng):
     u[:40], v[20:60], u[60:80], v[70:90] = 0, rows - 1, cols - 1, 0
     x, y = u * spacing[0], (rows - 1 - v) * spacing[1]
     x, y = np.minimum(x, (cols - 1) * spacing[0]), np.minimum(y, (rows - 1) * spacing[1])
-    want = reference.bilinear_heights(heights, u, v)
+    want = true_heights(heights, u, v)
     yield compare("3000 places", student.height_at(heights, spacing, x, y), want, axes=("place",))
 
 
@@ -41,14 +60,15 @@ def height_at(student, rng):
 def normals(student, rng):
     """Tested on land, and on a plane whose normal is known."""
     heights, spacing = map_of(rng)
-    want = reference.normals_of(heights, spacing)
+    want = true_normals(heights, spacing)
     yield compare("land", student.normals(heights, spacing), want, axes=("row", "column", "axis"))
-    x, y, _ = reference.world_m(heights, spacing)
+    x, y, _ = np.moveaxis(true_places(heights, spacing), -1, 0)
     plane = 0.3 * x - 0.7 * y + 900
     want = np.broadcast_to(np.array([-0.3, 0.7, 1]) / np.sqrt(1.58), (*(n - 1 for n in plane.shape), 3))
     yield compare("a plane", student.normals(plane, spacing), want, axes=("row", "column", "axis"))
 
 
+@private
 def harmonic(heights, void):
     """The filled heights, from one system of linear equations: each void post is the mean of its neighbours."""
     number = np.where(void, np.cumsum(void).reshape(void.shape) - 1, -1)

@@ -4,10 +4,43 @@ import numpy as np
 
 from course.checking import at_least, at_most, compare, task
 from course.land import land
+from course.truths import private
 
 TITLE = "Integral histograms"
 SPAN_M, CLASSES, PER_OCTAVE = 500.0, 48, 4
-LIMITS_M = SPAN_M * 2.0 ** (-(np.arange(CLASSES) + 1) / PER_OCTAVE)
+
+
+@private
+def true_limits(span_m, classes, per_octave):
+    """The limits of the classes."""
+    return np.array([span_m * 0.5 ** ((c + 1) / per_octave) for c in range(classes)])
+
+
+@private
+def true_classes(errors, limits):
+    """The class of each error."""
+    return np.array([sum(e <= limit for limit in limits) - 1 for e in errors])
+
+
+@private
+def true_tables(errors, limits):
+    """Tables of the counts of cells above each limit."""
+    return np.pad((errors > limits[:, None, None]).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
+
+
+@private
+def true_tiles(errors, tile):
+    """The largest error of each tile."""
+    rows, cols = (-(-n // tile) for n in errors.shape)
+    return np.array(
+        [[errors[y * tile : (y + 1) * tile, x * tile : (x + 1) * tile].max() for x in range(cols)] for y in range(rows)]
+    )
+
+
+@private
+def tight_boxes(boxes, tile):
+    """The smallest boxes of tiles that hold these boxes."""
+    return np.array([[x0 // tile, y0 // tile, (x1 - 1) // tile + 1, (y1 - 1) // tile + 1] for x0, y0, x1, y1 in boxes])
 
 
 def errors_of(rng):
@@ -15,7 +48,7 @@ def errors_of(rng):
     rows, cols = int(rng.integers(70, 110)), int(rng.integers(270, 330))
     errors = np.abs(np.diff(np.diff(land(rng, rows + 2, cols + 2), axis=0), axis=1))[:rows, :cols]
     errors *= 0.9 * SPAN_M / errors.max() * 0.1
-    limits = LIMITS_M
+    limits = true_limits(SPAN_M, CLASSES, PER_OCTAVE)
     errors[rng.random(errors.shape) < 0.02] = limits[20]
     errors[rng.random(errors.shape) < 0.02] = just_above(limits[22])
     errors[40, 5:261] = 450.0
@@ -59,7 +92,7 @@ def class_limits(student, rng):
     """Tested with 1 to 8 classes an octave."""
     for per_octave in (1, 2, 3, 4, 8):
         span_m = float(rng.uniform(10, 1000))
-        want = [span_m * 0.5 ** ((c + 1) / per_octave) for c in range(20)]
+        want = true_limits(span_m, 20, per_octave)
         got = student.class_limits(span_m, 20, per_octave)
         yield compare(f"{per_octave} an octave", got, want, axes=("class",), rounding=1e-14)
 
@@ -67,9 +100,9 @@ def class_limits(student, rng):
 @task("4.2 the class of an error", points=2)
 def class_of(student, rng):
     """The limit of an error's class must not be below the error."""
-    limits = LIMITS_M
+    limits = true_limits(SPAN_M, CLASSES, PER_OCTAVE)
     errors = np.concatenate([SPAN_M * 2.0 ** -rng.uniform(0, 14, 400), limits, just_above(limits), [0.0, SPAN_M]])
-    want = [sum(e <= limit for limit in limits) - 1 for e in errors]
+    want = true_classes(errors, limits)
     got = student.class_of(errors, limits)
     yield compare("classes", got, want, axes=("error",))
     yield at_least(
@@ -85,11 +118,10 @@ def class_of(student, rng):
 def class_tables(student, rng):
     """The tables must count the cells above each limit."""
     errors, limits = errors_of(rng)
-    above = errors > limits[:, None, None]
-    want = np.pad(above.astype(np.int64).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
+    want = true_tables(errors, limits)
     yield compare("counts", student.class_tables(errors, limits), want, axes=("class", "row", "column"))
     errors, _ = many_errors()
-    want = np.pad((errors > 400.0).astype(np.int64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))[None]
+    want = true_tables(errors, np.array([400.0]))
     got = student.class_tables(errors, np.array([400.0]))
     yield compare("counts above 65,536", got, want, axes=("class", "row", "column"))
 
@@ -105,10 +137,10 @@ def bound(student, rng):
     yield at_least("500 boxes: not below the largest error", got, worst, ("box",), rounding=0)
     yield compare("500 boxes: the limit of the class", got, rounded_up(worst, limits), axes=("box",), rounding=0)
     errors, boxes = many_errors()
-    got = student.bound(student.class_tables(errors, LIMITS_M[:3]), LIMITS_M[:3], SPAN_M, boxes)
+    got = student.bound(student.class_tables(errors, limits[:3]), limits[:3], SPAN_M, boxes)
     worst = true_maximum(errors, boxes)
     yield at_least("65,536 cells above", got, worst, ("box",), rounding=0)
-    yield compare("65,536 cells above: the limit of the class", got, rounded_up(worst, LIMITS_M[:3]), axes=("box",))
+    yield compare("65,536 cells above: the limit of the class", got, rounded_up(worst, limits[:3]), axes=("box",))
 
 
 @task("4.5 tiles", points=3)
@@ -116,18 +148,16 @@ def tiles(student, rng):
     """With tiles of 4 × 4 cells, bounds must still hold."""
     errors, limits = errors_of(rng)
     for tile in (2, 4):
-        rows, cols = (-(-n // tile) for n in errors.shape)
-        want = [
-            [errors[y * tile : (y + 1) * tile, x * tile : (x + 1) * tile].max() for x in range(cols)]
-            for y in range(rows)
-        ]
+        want = true_tiles(errors, tile)
+        rows, cols = want.shape
+        boxes = boxes_of(rng, errors.shape)
+        tight = tight_boxes(boxes, tile)
         largest = student.tile_errors(errors, tile)
         yield compare(f"tiles of {tile}", largest, want, axes=("row", "column"), rounding=0)
-        boxes = boxes_of(rng, errors.shape)
         got = np.asarray(student.tile_boxes(boxes, tile))
         asked = np.clip(got, 0, [cols, rows, cols, rows]) if got.shape == boxes.shape else boxes
         narrow = np.array([[max(x1, x0 + 1), max(y1, y0 + 1)] for x0, y0, x1, y1 in asked])
-        inside = true_maximum(np.array(want), np.concatenate([asked[:, :2], narrow], 1))
+        inside = true_maximum(want, np.concatenate([asked[:, :2], narrow], 1))
         yield at_least(
             f"tiles of {tile}: the widened box holds the largest error",
             inside,
@@ -135,6 +165,5 @@ def tiles(student, rng):
             ("box",),
             rounding=0,
         )
-        tight = [[x0 // tile, y0 // tile, (x1 - 1) // tile + 1, (y1 - 1) // tile + 1] for x0, y0, x1, y1 in boxes]
         yield compare(f"tiles of {tile}: boxes", got, tight, axes=("box", "side"))
-        yield at_most(f"tiles of {tile}: no wider than needed", got[:, 2:], np.array(tight)[:, 2:], ("box", "side"))
+        yield at_most(f"tiles of {tile}: no wider than needed", got[:, 2:], tight[:, 2:], ("box", "side"))

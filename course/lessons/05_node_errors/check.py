@@ -4,6 +4,7 @@ import numpy as np
 
 from course.checking import at_least, compare, task
 from course.land import land, spike
+from course.truths import private
 from terrain_gl import reference
 
 TITLE = "Errors of nodes, nested bounds"
@@ -14,9 +15,37 @@ def map_of(rng):
     return spike(land(rng, 8 * int(rng.integers(4, 8)) + 1, 8 * int(rng.integers(4, 8)) + 1), rng)
 
 
+@private
 def true_quads(heights, level):
     """Largest error of each node's posts as a quad."""
     return np.maximum(*(np.abs(e).max((1, 3)) for e in reference.quad_errors(heights, level)))
+
+
+@private
+def true_fans(heights, level):
+    """Largest error of each node's posts as a fan."""
+    return np.abs(reference.fan_errors(heights, level)[0]).max((1, 3))
+
+
+@private
+def true_cells(heights):
+    """Largest distance of each cell's triangles from the bilinear truth."""
+    return np.abs(reference.twists(heights)) / 4
+
+
+@private
+def true_share(coarse, fine):
+    """The share of nodes that are better than a child."""
+    return float((coarse < reference.max_children(fine, coarse.shape)).mean())
+
+
+@private
+def true_bounds(errors):
+    """The least nested bounds."""
+    want = [errors[0]]
+    for own in errors[1:]:
+        want.append(np.maximum(own, reference.max_children(want[-1], own.shape)))
+    return want
 
 
 @task("5.1 the error of a quad", points=3)
@@ -24,9 +53,8 @@ def quad_errors(student, rng):
     """Both diagonals must count, and all posts: land, noise, and nodes of up to 16 cells."""
     for level in (1, 2, 3, 4):
         heights = map_of(rng) if level < 3 else rng.normal(0, 5, (49, 33))
-        yield compare(
-            f"level {level}", student.quad_errors(heights, level), true_quads(heights, level), axes=("row", "column")
-        )
+        want = true_quads(heights, level)
+        yield compare(f"level {level}", student.quad_errors(heights, level), want, axes=("row", "column"))
 
 
 @task("5.2 the error of a fan", points=3)
@@ -34,7 +62,7 @@ def fan_errors(student, rng):
     """Tested at levels 1 and up, where the middle of a node is a post."""
     for level in (1, 2, 3):
         heights = map_of(rng)
-        want = np.abs(reference.fan_errors(heights, level)[0]).max((1, 3))
+        want = true_fans(heights, level)
         yield compare(f"level {level}", student.fan_errors(heights, level), want, axes=("row", "column"))
 
 
@@ -48,9 +76,10 @@ def cell_errors(student, rng):
         falling = a + (d - a) * t - (a * (1 - t) ** 2 + (b + c) * t * (1 - t) + d * t * t)
         rising = b + (c - b) * t - (b * (1 - t) ** 2 + (a + d) * t * (1 - t) + c * t * t)
         sampled = np.maximum(sampled, np.maximum(np.abs(falling), np.abs(rising)))
+    want = true_cells(heights)
     got = student.cell_errors(heights)
     yield at_least("no sampled place is farther off", got, sampled, ("row", "column"))
-    yield compare("the largest distance", got, np.abs(reference.twists(heights)) / 4, axes=("row", "column"))
+    yield compare("the largest distance", got, want, axes=("row", "column"))
 
 
 @task("5.4 errors are not nested", points=1)
@@ -59,8 +88,8 @@ def share_below(student, rng):
     plain = spike(np.zeros((33, 33)), rng)
     for name, heights in (("land", map_of(rng)), ("noise", rng.normal(0, 5, (33, 41))), ("a plain", plain)):
         fine, coarse = true_quads(heights, 1), true_quads(heights, 2)
-        children = reference.max_children(fine, coarse.shape)
-        yield compare(name, student.share_below(coarse, fine), float((coarse < children).mean()))
+        want = true_share(coarse, fine)
+        yield compare(name, student.share_below(coarse, fine), want)
 
 
 @task("5.5 bounds are nested", points=3)
@@ -69,12 +98,10 @@ def nested(student, rng):
     rows, cols = 65, 16 * int(rng.integers(5, 8)) + 1
     heights = land(rng, rows, cols) + rng.normal(0, 20, (rows, cols))
     errors = [
-        np.abs(reference.twists(heights)) / 4,
+        true_cells(heights),
         *(true_quads(heights, level) * rng.uniform(0.3, 1) for level in (1, 2, 3, 4)),
     ]
-    want = [errors[0]]
-    for own in errors[1:]:
-        want.append(np.maximum(own, reference.max_children(want[-1], own.shape)))
+    want = true_bounds(errors)
     got = student.nested(errors)
     for level, (found, bound) in enumerate(zip(got, want, strict=True)):
         yield at_least(f"level {level}: not below a descendant", found, bound, ("row", "column"))

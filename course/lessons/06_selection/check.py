@@ -2,13 +2,15 @@
 
 import numpy as np
 
-from course.checking import compare, holds, task
+from course.checking import areas, compare, holds, task
 from course.land import land, spike
+from course.truths import private
 from terrain_gl import reference
 
 TITLE = "Selection by trees"
 
 
+@private
 def node_errors(heights):
     """Errors of the nodes of all levels as quads, nested."""
     found = [np.zeros(tuple(n - 1 for n in heights.shape))]
@@ -29,6 +31,32 @@ def as_lists(splits):
     return np.concatenate([np.asarray(s, bool).ravel() for s in splits]).astype(int)
 
 
+@private
+def true_splits(errors, tolerance):
+    """The nodes that are split, from the root down."""
+    want = reference.unsplit((65, 65), 6)
+    reference.grow(want, [level > tolerance for level in errors])
+    return want
+
+
+@private
+def balanced(splits):
+    """The fewest splits besides, so that neighbours are within one level."""
+    want = [s.copy() for s in splits]
+    reference.balance(want)
+    return want
+
+
+def leaf_levels(splits):
+    """The level of the leaf over each cell."""
+    leaf, exists = np.zeros((64, 64), int), np.ones((1, 1), bool)
+    for j in range(len(splits) - 1, -1, -1):
+        split = np.asarray(splits[j], bool)
+        leaf += (exists & ~split).repeat(1 << j, 0).repeat(1 << j, 1) * (j + 1)
+        exists = (exists & split).repeat(2, 0).repeat(2, 1)
+    return leaf
+
+
 @task("6.1 refine", points=2)
 def refine(student, rng):
     """Only nodes that exist may be split."""
@@ -38,8 +66,7 @@ def refine(student, rng):
     names = "nested errors", "errors that are not nested", "a root within tolerance"
     for name, each in zip(names, (errors, loose, whole), strict=True):
         for tolerance in (*tolerances, float(errors[3].flat[5]), 1e9):  # one is a node's error itself
-            want = reference.unsplit((65, 65), 6)
-            reference.grow(want, [level > tolerance for level in each])
+            want = true_splits(each, tolerance)
             yield compare(
                 f"{name}, {tolerance:.3g} m", as_lists(student.refine(each, tolerance)), as_lists(want), axes=("node",)
             )
@@ -55,19 +82,16 @@ def balance(student, rng):
         level[at[0] >> j, at[1] >> j] = 1.0
     cases = {f"{tolerance:.3g} m": (errors, tolerance) for tolerance in tolerances}
     for name, (each, tolerance) in {**cases, "one bad node": (spot, 0.5)}.items():
-        splits = reference.unsplit((65, 65), 6)
-        reference.grow(splits, [level > tolerance for level in each])
-        want = [s.copy() for s in splits]
-        reference.balance(want)
+        splits = true_splits(each, tolerance)
+        want = balanced(splits)
         got = student.balance(splits)
-        leaf = np.zeros((64, 64), int)
-        for j, exists in enumerate(reference.existing([np.asarray(s, bool) for s in got])):
-            leaf += (exists & ~np.asarray(got[j], bool)).repeat(1 << j, 0).repeat(1 << j, 1) * (j + 1)
+        leaf = leaf_levels(got)
         steps = max(np.abs(np.diff(leaf, axis=axis)).max() for axis in (0, 1))
         yield holds(f"{name}: neighbours", steps <= 1, f"some neighbours are {steps} levels apart")
         yield compare(f"{name}: the splits", as_lists(got), as_lists(want), axes=("node",))
 
 
+@private
 def true_rtin(h):
     """Nested errors from the smallest squares up: middles of sides, then centres of squares."""
     last, e = len(h) - 1, np.zeros(h.shape)
@@ -107,9 +131,8 @@ def rtin_map(rng):
 def rtin_errors(student, rng):
     """Compared with `true_rtin`."""
     for heights in (rtin_map(rng), rng.normal(0, 10, (9, 9))):
-        yield compare(
-            f"{len(heights)} posts a side", student.rtin_errors(heights), true_rtin(heights), axes=("row", "column")
-        )
+        want = true_rtin(heights)
+        yield compare(f"{len(heights)} posts a side", student.rtin_errors(heights), want, axes=("row", "column"))
 
 
 @task("6.4 the mesh of right triangles", points=3)
@@ -125,7 +148,7 @@ def rtin_mesh(student, rng):
         if found.ndim != 3 or found.shape[1:] != (3, 2):
             yield holds(name, False, f"expected the shape (n, 3, 2), got {found.shape}")
             continue
-        area = np.abs(reference.areas(found)).sum()
+        area = np.abs(areas(found)).sum()
         yield compare(f"{name}: the area in cells", area, 32.0**2)
         edges = np.stack([found, np.roll(found, -1, 1)], 2).reshape(-1, 2, 2)
         ordered = np.sort(edges[..., 0] * 64 + edges[..., 1], 1)

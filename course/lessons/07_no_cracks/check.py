@@ -4,6 +4,7 @@ import numpy as np
 
 from course.checking import compare, holds, task
 from course.land import land
+from course.truths import private
 
 TITLE = "No cracks"
 
@@ -39,6 +40,7 @@ def turned(vertices, rng):
     return np.column_stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle), z])
 
 
+@private
 def true_open(triangles):
     """The edges that only one triangle uses."""
     uses = {}
@@ -91,6 +93,20 @@ def welded(student, rng, tolerance_m):
     yield compare(f"within {tolerance_m:g} m: numbers of vertices", got, want, axes=("triangle", "corner"))
 
 
+@private
+def true_on_edge(places, a, b):
+    """The vertices inside an edge, in their order from a to b."""
+    p, q = places[a], places[b]
+    inside = [
+        k
+        for k, r in enumerate(places)
+        if k not in (a, b)
+        and np.cross(np.append(q - p, 0), np.append(r - p, 0))[2] == 0
+        and 0 < (r - p) @ (q - p) < (q - p) @ (q - p)
+    ]
+    return np.array(sorted(inside, key=lambda k: (places[k] - p) @ (q - p)), int)
+
+
 @task("7.3 vertices on an edge", points=2)
 def on_edge(student, rng):
     """Tested on open edges, from either end. None runs along an axis.
@@ -102,15 +118,7 @@ def on_edge(student, rng):
     asked = [edge for edge in true_open(triangles)][:60]
     for i, (a, b) in enumerate(asked):
         a, b = (a, b) if i % 2 else (b, a)
-        p, q = places[a], places[b]
-        inside = [
-            k
-            for k, r in enumerate(places)
-            if k not in (a, b)
-            and np.cross(np.append(q - p, 0), np.append(r - p, 0))[2] == 0
-            and 0 < (r - p) @ (q - p) < (q - p) @ (q - p)
-        ]
-        want = np.array(sorted(inside, key=lambda k: (places[k] - p) @ (q - p)), int)
+        want = true_on_edge(places, a, b)
         x, y, _ = along = vertices[b] - vertices[a]
         near = vertices[a] + np.array([[0.01], [0.99]]) * along
         beside = (vertices[a] + vertices[b]) / 2 + 1e-6 * np.array([-y, x, 0])
@@ -150,12 +158,13 @@ def repair(student, rng):
             f"{(twice <= 0).sum()} are turned round or have no area",
         )
         yield compare(f"{name}: twice the area", int(np.abs(twice).sum()), 2 * 16 * 16)
-        loose = np.array(true_open(got)).reshape(-1, 2)
-        inner = int((~rim(loose, places)).sum())
+        directed = got[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        number = directed @ [len(vertices), 1]  # of an edge in its direction
+        alone = directed[~np.isin(number, directed @ [1, len(vertices)])]
+        inner = int((~rim(alone, places)).sum())
         yield holds(f"{name}: edges", inner == 0, f"{inner} edges inside are used by one triangle")
         missing = len(vertices) - len(np.unique(got))
         yield holds(f"{name}: vertices", missing == 0, f"{missing} vertices are not used any more")
-        directed = got[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         twins = len(directed) - len(np.unique(directed, axis=0))
         yield holds(
             f"{name}: each edge once in a direction", twins == 0, f"{twins} edges are used twice in one direction"

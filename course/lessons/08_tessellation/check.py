@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from course.checking import compare, holds, task
+from course.checking import areas, compare, holds, task
 from course.land import land
 from course.shaders import ready, runner
-from terrain_gl import reference
 
 TITLE = "Tessellation hardware"
 NAMES = {"control", "evaluation"}
@@ -26,7 +25,7 @@ def control(student, rng):
     want = np.column_stack([west, north, east, south, inner, inner]) * squares[:, 3:]
     with runner(student, texts) as found:
         got = found.levels(texts["control"], squares, edges, inner)
-    yield compare("outer and inner levels", got.astype(int), want, axes=("patch", "level"))
+    yield compare("outer and inner levels", got, want, axes=("patch", "level"))
 
 
 def lattice(squares, inner, shape):
@@ -63,11 +62,11 @@ def evaluation(student, rng):
             want = lattice(squares, inner, shape)
             want = np.column_stack([want, heights[want[:, 1], want[:, 0]]])
             yield compare(f"{name}: column, row and height of the vertices", vertices, want, axes=("vertex", "number"))
-            areas = reference.areas(got[..., :2].astype(float))
-            turned = int((areas < 0).sum())
+            turns = -areas(got[..., :2].astype(float))  # rows run to the south
+            turned = int((turns < 0).sum())
             yield holds(f"{name}: turned", turned == 0, f"{turned} triangles are clockwise seen from above")
             yield compare(
-                f"{name}: the area in cells", float(np.abs(areas).sum()), float((shape[0] - 1) * (shape[1] - 1))
+                f"{name}: the area in cells", float(np.abs(turns).sum()), float((shape[0] - 1) * (shape[1] - 1))
             )
 
 
@@ -104,7 +103,7 @@ def both(student, rng):
             name = f"{segments} segments"
             yield compare(
                 f"{name}: the area in cells",
-                float(np.abs(reference.areas(got[..., :2].astype(float))).sum()),
+                float(np.abs(areas(got[..., :2].astype(float))).sum()),
                 float((size - 1) ** 2),
             )
             ends = np.stack([got, np.roll(got, -1, 1)], 2).reshape(-1, 2, 3)

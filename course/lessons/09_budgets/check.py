@@ -6,11 +6,13 @@ import numpy as np
 
 from course.checking import at_most, compare, holds, task
 from course.land import land, spike
+from course.truths import private, referee
 from terrain_gl import reference
 
 TITLE = "Budgets"
 
 
+@private
 def tree_of(heights):
     """Squared errors of the quads of all levels; cells of the map have none."""
     found = [np.zeros(tuple(n - 1 for n in heights.shape))]
@@ -22,12 +24,17 @@ def tree_of(heights):
 
 
 def trees(rng):
-    """Land, a spike in a plain, and land with spikes."""
+    """Land, a spike in a plain, land with a spike, and numbers without land."""
     plain = spike(np.full((17, 17), 100.0) + rng.normal(0, 0.1, (17, 17)), rng)
     return {
         "land": tree_of(land(rng, 33, 33)),
         "a spike in a plain": tree_of(plain),
         "both": tree_of(spike(land(rng, 33, 33), rng)),
+        "a good root over bad children": [
+            np.zeros((8, 8)),
+            *(rng.exponential(300, (n, n)) for n in (4, 2)),
+            np.ones((1, 1)),
+        ],
     }
 
 
@@ -39,6 +46,7 @@ def both(a, b):
     return found
 
 
+@private
 def least_errors(squares):
     """The least squared error of all trees with n leaves, for every n; infinite if there is no such tree."""
     best = [[np.array([np.inf, e]) for e in row] for row in squares[0]]
@@ -69,19 +77,31 @@ def hull(best):
     return found[: lowest + 1]
 
 
+@private
 def true_totals(squares, splits):
-    """Triangles and squared error of a student's tree, or None if it is no tree."""
-    splits = [np.asarray(s, bool) for s in splits]
-    if [s.shape for s in splits] != [s.shape for s in squares] or splits[0].any():
-        return None
+    """Triangles and squared error of a tree."""
     exists, triangles, error = np.ones((1, 1), bool), 0, 0.0
     for square, split in zip(squares[::-1], splits[::-1], strict=True):
-        if (split & ~exists).any():
-            return None
         triangles += 2 * int((exists & ~split).sum())
         error += float(square[exists & ~split].sum())
         exists = split.repeat(2, 0).repeat(2, 1)
     return triangles, error
+
+
+@referee("totals")
+def totals_of(student, squares, splits):
+    """Triangles and squared error of a student's tree."""
+    return true_totals(squares, splits)
+
+
+def costs(student, squares, splits):
+    """Triangles and squared error of a student's tree, or None if it is no tree."""
+    splits = [np.asarray(s, bool) for s in splits]
+    if [s.shape for s in splits] != [s.shape for s in squares] or splits[0].any():
+        return None
+    if any((fine & ~coarse.repeat(2, 0).repeat(2, 1)).any() for fine, coarse in zip(splits, splits[1:], strict=False)):
+        return None
+    return totals_of(student, squares, splits)
 
 
 NO_TREE = "these splits are no tree: a shape differs, a cell is split, or a node whose parent is not"
@@ -99,8 +119,12 @@ def totals(student, rng):
         triangles, error = student.totals(squares, splits)
         yield compare(f"{name}: triangles", triangles, want[0])
         yield compare(f"{name}: squared error", error, want[1])
+        nothing = [np.zeros(s.shape, bool) for s in squares]
+        want = true_totals(squares, nothing)
+        yield compare(f"{name}: the root alone", student.totals(squares, nothing), want)
 
 
+@private
 def true_greedy(squares, triangles):
     """The splits of the greedy method."""
     splits = [np.zeros(s.shape, bool) for s in squares]
@@ -119,8 +143,9 @@ def greedy(student, rng):
     """The leaf with the largest gain must be split, not the leaf with the largest error."""
     for name, squares in trees(rng).items():
         for triangles in (2, 62, 301):  # a tree can have 62 triangles, but not 301
-            got, want = student.greedy(squares, triangles), true_greedy(squares, triangles)
-            found = true_totals(squares, got)
+            want = true_greedy(squares, triangles)
+            got = student.greedy(squares, triangles)
+            found = costs(student, squares, got)
             yield holds(f"{name}, {triangles} triangles", found is not None, NO_TREE)
             if found is not None:
                 flat = [np.concatenate([np.asarray(s, bool).ravel() for s in each]).astype(int) for each in (got, want)]
@@ -133,7 +158,7 @@ def prune(student, rng):
     for name, squares in trees(rng).items():
         best = least_errors(squares)
         for price in np.exp(rng.uniform(-3, 11, 6)):
-            found = true_totals(squares, student.prune(squares, float(price)))
+            found = costs(student, squares, student.prune(squares, float(price)))
             title = f"{name}, price {price:.3g}"
             yield holds(title, found is not None, NO_TREE)
             if found is not None:
@@ -149,7 +174,7 @@ def budget(student, rng):
         chosen = hull(best)
         exactly = 2 * chosen[len(chosen) // 2][0]  # a number of triangles that a price can give
         for triangles in (2, 30, 100, 333, 1000, exactly):
-            found = true_totals(squares, student.budget(squares, triangles))
+            found = costs(student, squares, student.budget(squares, triangles))
             title = f"{name}, {triangles} triangles"
             yield holds(title, found is not None, NO_TREE)
             if found is not None:

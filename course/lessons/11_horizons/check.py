@@ -6,6 +6,7 @@ import numpy as np
 
 from course.checking import compare, holds, task
 from course.land import land
+from course.truths import private
 
 TITLE = "Horizons"
 
@@ -15,6 +16,7 @@ def line(rng, n):
     return np.cumsum(rng.normal(0, 3, n) * (rng.random(n) < 0.7)) + 50 * (rng.random(n) < 0.01)
 
 
+@private
 def pairs(heights, step_m):
     """Horizons by all pairs."""
     n = len(heights)
@@ -43,7 +45,8 @@ def slow_horizons(student, rng):
     """Tested on rising, falling and rough lines."""
     for name, heights in lines(rng).items():
         step_m = float(rng.uniform(2, 40))
-        yield compare(name, student.slow_horizons(heights, step_m), pairs(heights, step_m), axes=("post",))
+        want = pairs(heights, step_m)
+        yield compare(name, student.slow_horizons(heights, step_m), want, axes=("post",))
 
 
 def lines(rng):
@@ -63,7 +66,8 @@ def horizons(student, rng):
     """Horizons must equal those of all pairs, in a time that grows as the line does."""
     for name, heights in lines(rng).items():
         step_m = float(rng.uniform(2, 40))
-        yield compare(name, student.horizons(heights, step_m), pairs(heights, step_m), axes=("post",))
+        want = pairs(heights, step_m)
+        yield compare(name, student.horizons(heights, step_m), want, axes=("post",))
     n = 60_000
     heights = np.concatenate([line(rng, n // 2), -(np.arange(n // 2) ** 1.5)])  # a dune: a hull that is never cut
     allowed = 1.5 + 12 * seconds(lambda: loop(n))
@@ -97,15 +101,21 @@ def map_horizons(student, rng):
         yield compare(f"towards {name}", found, slopes, axes=("row", "column"))
 
 
+@private
+def true_shares(elevation, horizon, radius):
+    """The share of a disc above each horizon, strip by strip."""
+    y = -1 + (np.arange(400_000) + 0.5) / 200_000
+    area = np.sqrt(1 - y * y)
+    return np.array([area[y > (each - elevation) / radius].sum() / area.sum() for each in horizon])
+
+
 @task("11.4 the sun's disc", points=2)
 def disc_share(student, rng):
     """Compared with the area of a disc, summed strip by strip."""
     radius = float(rng.uniform(0.003, 0.02))
     elevation = rng.uniform(0.1, 0.5)
     horizon = elevation + radius * np.linspace(-1.5, 1.5, 61)
-    y = -1 + (np.arange(400_000) + 0.5) / 200_000
-    area = np.sqrt(1 - y * y)
-    want = np.array([area[y > (each - elevation) / radius].sum() / area.sum() for each in horizon])
+    want = true_shares(elevation, horizon, radius)
     got = np.asarray(student.disc_share(elevation, horizon, radius), float)
     fits = got.shape == want.shape and bool((np.abs(got - want) < 1e-5).all())
     yield compare("share of the disc", want if fits else got, want, axes=("horizon",))

@@ -6,6 +6,7 @@ import io
 import numpy as np
 
 from course.checking import compare, holds, task
+from course.truths import private, referee
 
 TITLE = "Honest comparison, and history"
 
@@ -18,6 +19,7 @@ def curve(rng, power, scale, count=7):
     return [(int(n), float(e)) for n, e in zip(triangles, scale * np.exp(-power * bends), strict=True)]
 
 
+@private
 def between(x, xs, ys):
     """A line between two known places, by logarithms; NaN outside."""
     for (x0, x1), (y0, y1) in zip(zip(xs, xs[1:], strict=False), zip(ys, ys[1:], strict=False), strict=True):
@@ -32,8 +34,9 @@ def error_at(student, rng):
     points = curve(rng, 0.6, 4.0)
     n, e = zip(*points, strict=True)
     asked = [*np.exp(rng.uniform(np.log(n[0]), np.log(n[-1]), 30)), n[0], n[3], n[-1], n[0] / 2, n[-1] * 2]
+    want = [between(at, n, e) for at in asked]
     got = [student.error_at(points, float(at)) for at in asked]
-    yield compare("35 budgets", got, [between(at, n, e) for at in asked], axes=("budget",))
+    yield compare("35 budgets", got, want, axes=("budget",))
 
 
 @task("12.2 triangles for an error", points=2)
@@ -42,8 +45,19 @@ def triangles_for(student, rng):
     points = curve(rng, 0.6, 4.0)
     n, e = zip(*points, strict=True)
     asked = [*np.exp(rng.uniform(np.log(e[-1]), np.log(e[0]), 30)), e[0], e[3], e[-1], e[0] * 2, e[-1] / 2]
+    want = [between(at, e, n) for at in asked]
     got = [student.triangles_for(points, float(at)) for at in asked]
-    yield compare("35 errors", got, [between(at, e, n) for at in asked], axes=("error",))
+    yield compare("35 errors", got, want, axes=("error",))
+
+
+@private
+def true_summary(ours, theirs):
+    """Smallest, median and largest ratio of the triangles, over the errors that both curves have."""
+    (n, e), (m, f) = zip(*ours, strict=True), zip(*theirs, strict=True)
+    high, low = min(e[0], f[0]), max(e[-1], f[-1])
+    errors = np.clip(high * (low / high) ** (np.arange(33) / 32), low, high)
+    ratios = [between(at, f, m) / between(at, e, n) for at in errors]
+    return [min(ratios), float(np.median(ratios)), max(ratios)]
 
 
 @task("12.3 the summary of two curves", points=3)
@@ -52,12 +66,9 @@ def summary(student, rng):
     for name, (ours, theirs) in {
         "one is better": (curve(rng, 0.7, 2.0, 12), curve(rng, 0.7, 6.0, 12)),
         "they cross": (curve(rng, 0.9, 5.0, 12), curve(rng, 0.4, 3.0, 12)),
+        "they cross the other way": (curve(rng, 0.4, 3.0, 12), curve(rng, 0.9, 5.0, 12)),
     }.items():
-        (n, e), (m, f) = zip(*ours, strict=True), zip(*theirs, strict=True)
-        high, low = min(e[0], f[0]), max(e[-1], f[-1])
-        errors = np.clip(high * (low / high) ** (np.arange(33) / 32), low, high)
-        ratios = [between(at, f, m) / between(at, e, n) for at in errors]
-        want = [min(ratios), float(np.median(ratios)), max(ratios)]
+        want = true_summary(ours, theirs)
         yield compare(name, student.summary(ours, theirs), want, axes=("number",))
     far = [(n, 1e-6 * e) for n, e in curve(rng, 0.7, 2.0)]
     yield compare("no common error", student.summary(far, curve(rng, 0.1, 2.0)), [np.nan] * 3, axes=("number",))
@@ -73,7 +84,7 @@ def comparison(rng, planted):
     tuned, metric = bool(rng.random() < 0.7), str(rng.choice(["rms", "max"]))
     rows = []
     for i, method in enumerate(("sat", "clipmap", "tessellated")):
-        counts = [int(n) + (int(0.0195 * n) if i == 1 else 0) for n in budgets]
+        counts = [int(n) + (int(n) // 50 if i == 1 else 0) for n in budgets]
         rows.append(
             {
                 "method": method,
@@ -95,9 +106,9 @@ def comparison(rng, planted):
     if "own metric" in planted:
         rows[k]["measured"] = "certified"
     if "triangles" in planted:
-        j = int(rng.integers(0, 4))
+        j, share = (3, 1.0201) if rng.random() < 0.5 else (int(rng.integers(0, 4)), 0.978)
         n, e = rows[2]["points"][j]
-        rows[2]["points"][j] = (int(n * (1.021 if rng.random() < 0.5 else 0.978)), e)
+        rows[2]["points"][j] = (int(n * share), e)
     if "budgets" in planted:
         rows[k]["points"] = rows[k]["points"][:4]
     if "tuning" in planted:
@@ -108,7 +119,12 @@ def comparison(rng, planted):
 @task("12.4 what is unfair", points=4)
 def faults(student, rng):
     """Tested on a fair comparison, and on comparisons with one fault and with several."""
-    cases = [(), *((name,) for name in FAULTS), *(tuple(rng.choice(FAULTS, 3, replace=False)) for _ in range(6))]
+    cases = [
+        (),
+        *((name,) for name in FAULTS),
+        *[("triangles",)] * 4,
+        *(tuple(rng.choice(FAULTS, 3, replace=False)) for _ in range(6)),
+    ]
     for i, planted in enumerate(cases):
         got = student.faults(comparison(rng, planted))
         said = sorted(str(name) for name in got) if isinstance(got, list | tuple) else got
@@ -163,8 +179,9 @@ def measured(rng):
     return [row for pair in zip(*rows.values(), strict=True) for row in pair]
 
 
-def found_in(rows):
-    """The faults of a comparison: the referee."""
+@referee("faults")
+def found_in(student, rows):
+    """The faults of a comparison."""
     counts = list(zip(*([n for n, _ in row["points"]] for row in rows), strict=False))
     labels = {key: {str(row[key]) for row in rows} for key in LABELS}
     held = {
@@ -212,7 +229,7 @@ def doctored(student, rng):
             )
             if not true:
                 return
-        found = found_in(rows)
+        found = found_in(student, rows)
         yield holds(f"{name}: faults", len(found) == 1, f"expected one fault, there are {found}")
         gain = advantage(rows) / advantage(known[:2])
         yield holds(
@@ -250,6 +267,6 @@ def verdict(student, rng):
         rows = []
     yield holds("the table", len(rows) == 2, "expected a fellow student's table, with its first line and two methods")
     if len(rows) == 2:
-        found = found_in(rows)
+        found = found_in(student, rows)
         yield holds("the table: faults", len(found) == 1, "it has no fault, or several: hand it back")
         yield holds("your verdict", found == [fault], f"{fault!r} is not what is wrong with it: look again")
