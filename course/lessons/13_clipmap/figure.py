@@ -49,11 +49,13 @@ def drawn(level):
 
 
 def plain():
-    """Every unit of every ring, drawn as 2 × 2 segments: x, y, log2 of the side, log2 of the spacing."""
+    """Every unit of every ring as 2 × 2 segments, and by its posts in the finest: x, y, log2 of side and of spacing."""
     found = []
     for level in range(RINGS):
         (x0, y0), units = drawn(level)
-        found += [(x0 + (x << level), y0 + (y << level), level, level - 1) for y, x in np.argwhere(units).tolist()]
+        found += [
+            (x0 + (x << level), y0 + (y << level), level, max(level - 1, 0)) for y, x in np.argwhere(units).tolist()
+        ]
     return found
 
 
