@@ -5,8 +5,9 @@
     python benchmarks/first.py --programs                   a line for each program
 
 Each run is a process of its own, from its start to the file or the end of the window. "Cold" runs have an empty cache
-of compiled shaders (MESA_SHADER_CACHE_DIR), "warm" runs that of the run before. All kinds take turns, so that the load
-is the same for all; numbers are medians.
+of compiled shaders (MESA_SHADER_CACHE_DIR), "warm" runs that of the run before. Python's compiled modules are there in
+all runs, as after an installation by pip: a first run of each kind, which does not count, makes them. All kinds take
+turns, so that the load is the same for all; numbers are medians.
 """
 
 from __future__ import annotations
@@ -98,6 +99,7 @@ def tell_programs(each: bool) -> None:
 
 def timed(command: Sequence[str], environment: dict[str, str]) -> tuple[float, float, str]:
     """Elapsed seconds, processor seconds and output of a process."""
+    environment = environment | {"PYTHONDONTWRITEBYTECODE": ""}
     before, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     done = subprocess.run(command, check=True, capture_output=True, text=True, env=os.environ | environment)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -124,9 +126,12 @@ def tell_pictures(times: int, pyvista: str | None) -> None:
     seconds: dict[tuple[str, str], list[tuple[float, float]]] = {}
     with tempfile.TemporaryDirectory() as name:
         commands = pictures(Path(name), pyvista)
+        modules = {"PYTHONPYCACHEPREFIX": str(Path(name) / "modules")}
+        for command in commands.values():
+            timed(command, modules)
         for turn in range(times):
             for i, (what, command) in enumerate(commands.items()):
-                cache = {"MESA_SHADER_CACHE_DIR": str(Path(name) / f"cache{turn}-{i}")}
+                cache = modules | {"MESA_SHADER_CACHE_DIR": str(Path(name) / f"cache{turn}-{i}")}
                 for state in ("cold", "warm"):
                     seconds.setdefault((what, state), []).append(timed(command, cache)[:2])
     print(
@@ -145,9 +150,11 @@ def tell_window(times: int) -> None:
     command = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", sys.executable, start, MAP]
     rows: dict[tuple[str, str], list[tuple[float, float]]] = {}
     with tempfile.TemporaryDirectory() as name:
+        homes = {key: name for key in ("XDG_CONFIG_HOME", "XDG_CACHE_HOME")}
+        homes |= {"PYTHONPYCACHEPREFIX": str(Path(name) / "modules")}
+        timed(command, homes)
         for turn in range(times):
             for state in ("cold", "warm"):
-                homes = {key: name for key in ("XDG_CONFIG_HOME", "XDG_CACHE_HOME")}
                 told = timed(command, homes | {"MESA_SHADER_CACHE_DIR": str(Path(name) / f"cache{turn}")})[2]
                 for row in told.splitlines()[2:]:
                     what, clock, cpu = (cell.strip() for cell in row.split("|")[1:4])

@@ -1,10 +1,15 @@
-"""The first lit picture compiles few programs, each once; later renderers of the same context compile none."""
+"""The first picture makes and loads only what it needs, and once; later renderers of a context compile no program."""
+
+import subprocess
+import sys
+from collections import Counter
 
 import numpy as np
 import pytest
 from maps import rough
 
 import terrain_gl as tg
+from terrain_gl import cli
 from terrain_gl.gpu import gl, passes, selftest, shaders
 from terrain_gl.gpu.context import create_context
 
@@ -69,3 +74,39 @@ def test_renderers_in_one_context_share_their_programs(compiled):
         assert compiled and (again == image).all(), "all programs were released with the last renderer"
         third.release()
     ctx.release()
+
+
+def test_the_first_lit_picture_makes_each_table_once(monkeypatch):
+    made = Counter()
+    reserve = gl.reserve
+
+    def noted(ctx, size, what):
+        made[what] += "table" in what
+        return reserve(ctx, size, what)
+
+    monkeypatch.setattr(gl, "reserve", noted)
+    renderer, _ = picture()
+    assert set(made.values()) == {0, 1} and sum(made.values()) == 10, made
+    renderer.render(tg.Camera.default(renderer.heightmap), style="shaded", sun=(90, 20))
+    assert made["a table of sunlight"] == 2, "the old table stays until there is a new one"
+    renderer.release()
+
+
+SHOT = """
+import sys
+from terrain_gl import cli
+status = cli.main(sys.argv[1:])
+print(*(name for name in sys.modules if name.partition(".")[0] in ("terrain_gl", "rasterio", "pyproj", "glfw")))
+sys.exit(status)
+"""
+
+
+def test_a_picture_of_an_image_loads_no_other_commands_and_no_gdal(tmp_path):
+    path = str(tmp_path / "land.png")
+    assert cli.main(["generate", path, "--size", "33x33"]) == 0
+    words = ["shot", path, "-o", str(tmp_path / "p.png"), "--size", "32x18", "--style", "lambert"]
+    run = subprocess.run([sys.executable, "-c", SHOT, *words], capture_output=True, text=True)
+    loaded = set(run.stdout.split("\n")[-2].split())
+    assert run.returncode == 0 and "terrain_gl.cli.shot" in loaded, run.stderr
+    others = {f"terrain_gl.cli.{name}" for name in ("view", "build", "compare", "tiles", "mesh")}
+    assert not loaded & (others | {"rasterio", "pyproj", "glfw"})

@@ -114,7 +114,8 @@ def test_white_furnace(ctx, monkeypatch, rough):
         return text.replace("#define SHOWN srgb_encoded\n", "")
 
     monkeypatch.setattr(shaders, "_read", unexposed)
-    monkeypatch.setattr(shaders, "_lines", shaders._lines.__wrapped__)  # without the cache of lines
+    for name in ("_lines", "_body"):  # without their caches
+        monkeypatch.setattr(shaders, name, getattr(shaders, name).__wrapped__)
     heightmap = Heightmap(hills(129, 129, relief=rough), spacing_m=30.0)
     with Renderer(heightmap, size=(160, 90), ctx=ctx) as renderer:
         picture = renderer.picture

@@ -53,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, names)
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):
             raise UsageError(unknown(words[0], COMMANDS, names))
-        given = parser().parse_args(words)
+        given = parser([word for word in words[:1] if word in COMMANDS] or COMMANDS).parse_args(words)
         given.command_line = shlex.join(["terrain-gl", *words])
         status = given.run(told(given.record, given))
         sys.stdout.flush()
@@ -74,8 +74,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             signals.rest()
 
 
-def parser() -> argparse.ArgumentParser:
-    """Make the parser of the whole command line. This imports all commands, so `main` first handles Ctrl-C."""
+def parser(names: Sequence[str] = COMMANDS) -> argparse.ArgumentParser:
+    """Make the parser of the command line, for some commands. This imports them, so `main` first handles Ctrl-C."""
     top = Parser(
         prog="terrain-gl",
         description="Heightmaps drawn with OpenGL tessellation at a certified screen-space error.",
@@ -84,7 +84,7 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"terrain-gl {__version__}")
     commands = top.add_subparsers(metavar="COMMAND", required=True)
-    for name in COMMANDS:
+    for name in names:
         import_module(f".{name}", __name__).add(commands)
     return top
 

@@ -43,16 +43,15 @@ class Line(NamedTuple):
 
 def source(path: str, defines: Defines = NO_DEFINES) -> str:
     """Text of the shader `path`: version, defines, expanded includes."""
-    return _text(_load(path, defines))
+    return "\n".join(_head(defines)) + "\n" + _body(path, root())
 
 
 def compute(ctx: moderngl.Context, path: str, defines: Defines = NO_DEFINES) -> moderngl.ComputeShader:
     """Compile the compute shader `path`; raises `ShaderError` with file and line."""
-    lines = _load(path, defines)
     try:
-        return ctx.compute_shader(_text(lines))
+        return ctx.compute_shader(source(path, defines))
     except moderngl.Error as error:
-        raise ShaderError(_explain(str(error), {"compute_shader": lines})) from None
+        raise ShaderError(_explain(str(error), {"compute_shader": _load(path, defines)})) from None
 
 
 def program(
@@ -77,17 +76,26 @@ def program(
         "geometry_shader": geometry,
         "fragment_shader": fragment,
     }
-    stages = {stage: _load(path, defines) for stage, path in paths.items() if path}
-    texts: dict[str, Any] = {stage: _text(lines) for stage, lines in stages.items()}
+    stages = {stage: path for stage, path in paths.items() if path}
+    texts: dict[str, Any] = {stage: source(path, defines) for stage, path in stages.items()}
     try:
         return ctx.program(**texts, varyings=tuple(varyings))
     except moderngl.Error as error:
-        raise ShaderError(_explain(str(error), stages)) from None
+        lines = {stage: _load(path, defines) for stage, path in stages.items()}
+        raise ShaderError(_explain(str(error), lines)) from None
 
 
 def _load(path: str, defines: Defines) -> list[Line]:
-    head = [VERSION] + [f"#define {name} {_literal(value)}" for name, value in {**DEFINES, **defines}.items()]
-    return [Line(text, "(loader)", i + 1) for i, text in enumerate(head)] + _lines(path, root())
+    return [Line(text, "(loader)", i + 1) for i, text in enumerate(_head(defines))] + _lines(path, root())
+
+
+def _head(defines: Defines) -> list[str]:
+    return [VERSION] + [f"#define {name} {_literal(value)}" for name, value in {**DEFINES, **defines}.items()]
+
+
+@cache  # programs differ by their defines
+def _body(path: str, of: Path) -> str:
+    return "".join(line.text + "\n" for line in _lines(path, of))
 
 
 @cache  # every renderer loads its own shaders
@@ -133,10 +141,6 @@ def _without_comments(text: str) -> str:
 def root() -> Path:
     """Return the folder that holds the GLSL files."""
     return folder("glsl")
-
-
-def _text(lines: Sequence[Line]) -> str:
-    return "\n".join(line.text for line in lines) + "\n"
 
 
 def _literal(value: object) -> str:

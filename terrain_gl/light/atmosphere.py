@@ -32,14 +32,15 @@ def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
 
 
 def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE_KM, steps: int = 40) -> np.ndarray:
-    """Radiance (n, 3) of the clear sky without the sun's disc, for sunlight of irradiance 1 above the atmosphere.
+    """Radiance of the clear sky without the sun's disc, for sunlight of irradiance 1 above the atmosphere.
 
-    A ray that meets the ground ends there, and sees the light that the ground reflects.
+    A ray that meets the ground ends there, and sees the light that the ground reflects. `directions` and the result are
+    (rows, columns, 3). All directions of a row have one elevation.
     """
     # in parts, whose arrays fit into the processor's cache
-    parts = np.array_split(directions, -(-len(directions) // _RAYS_AT_ONCE))
+    parts = np.array_split(directions, -(-directions[..., 0].size // _RAYS_AT_ONCE))
     light = np.concatenate([_radiance(part, sun, height_km, steps) for part in parts])
-    return COLOURFULNESS * light + (1 - COLOURFULNESS) * (light @ LUMINANCE)[:, None]
+    return COLOURFULNESS * light + (1 - COLOURFULNESS) * (light @ LUMINANCE)[..., None]
 
 
 def spread(count: int) -> np.ndarray:
@@ -55,21 +56,23 @@ def spread(count: int) -> np.ndarray:
 
 
 def _radiance(directions: np.ndarray, sun: np.ndarray, height_km: float, steps: int) -> np.ndarray:
-    """(n, 3) radiance along rays, before grey is mixed in."""
-    mu = directions[:, 2]
+    """Radiance along rays, before grey is mixed in. The air along a ray depends on its elevation alone."""
+    mu = directions[:, :1, 2]
+    cosine = (directions @ sun)[..., None]
     reach, grounded = _reach(height_km, mu)
     s = ((np.arange(steps) + 0.5) / steps) ** 2  # short steps near the eye, where the air is dense
-    widths = np.diff(((np.arange(steps + 1)) / steps) ** 2) * reach[:, None]  # (n, steps)
-    t = s * reach[:, None]
-    radius = np.sqrt((EARTH_KM + height_km) ** 2 + t * t + 2 * (EARTH_KM + height_km) * mu[:, None] * t)
-    mu_sun = np.clip(((EARTH_KM + height_km) * sun[2] + t * (directions @ sun)[:, None]) / radius, -1, 1)
+    widths = np.diff(((np.arange(steps + 1)) / steps) ** 2) * reach[..., None]  # (rows, 1, steps)
+    t = s * reach[..., None]
+    radius = np.sqrt((EARTH_KM + height_km) ** 2 + t * t + 2 * (EARTH_KM + height_km) * mu[..., None] * t)
+    mu_sun = np.clip(((EARTH_KM + height_km) * sun[2] + t * cosine) / radius, -1, 1)  # (rows, columns, steps)
     h = np.clip(radius - EARTH_KM, 0, _HEIGHTS)
     extinction = _extinction(h)
     depth = extinction * widths
     along = np.cumsum(depth, -1)
     through = _fall(along - depth) * -np.expm1(-np.minimum(depth, 80)) / np.maximum(extinction, 1e-12)
-    light = (_source(h, mu_sun, (directions @ sun)[:, None]) * through).sum(-1)
-    return (light + grounded * _fall(along[..., -1]) * _ground_light(float(sun[2]))[:, None]).T
+    light = (_source(h, mu_sun, cosine) * through).sum(-1)
+    light = light + grounded * _fall(along[..., -1]) * _ground_light(float(sun[2]))[:, None, None]
+    return np.moveaxis(light, 0, -1)
 
 
 def _source(h: np.ndarray, mu_sun: np.ndarray, cosine: np.ndarray) -> np.ndarray:

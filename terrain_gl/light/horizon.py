@@ -122,14 +122,14 @@ class SkyVisibility:
         self._printed = printed
         self._sweep = Sweep(self.ctx)
         self._sat = SummedAreaTables(self.ctx, 32)
-        self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
-        self.packed = self._texture()
+        self.buffer = self.ctx.buffer(reserve=4)  # this and `packed` have the size of the table when that is built
+        self.packed = self._texture((1, 1))
         self.texture = gl.WordTexture(self.ctx)
 
     @property
     def bytes(self) -> int:
         """GPU memory of the sums, and of the shares themselves."""
-        return self.buffer.size + 16 * self.packed.width * self.packed.height
+        return 4 * self.table.words + 16 * self.table.width * self.table.height
 
     def build(self) -> None:
         """Sweep, fold and sum."""
@@ -141,8 +141,8 @@ class SkyVisibility:
         The old tables stay in use until the last step.
         """
         at_once = max(1, FOLDED * posts // PORTION // self.table.width)
-        fresh = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky")
-        packed = self._texture()
+        fresh = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
+        packed = self._texture(self.table[:2])
         spacing_m = self.terrain.heightmap.spacing_m
         tables = fold_tables(self.ctx, self.axes, self.sharpness, self.directions, spacing_m, self._printed)
         thin = thinned(self.terrain)
@@ -178,8 +178,8 @@ class SkyVisibility:
         for resource in (self._fold, self._sweep, self._sat, self.buffer, self.packed, self.texture):
             resource.release()
 
-    def _texture(self) -> moderngl.Texture:
-        texture = self.ctx.texture(self.table[:2], 4, dtype="u4")
+    def _texture(self, size: tuple[int, int]) -> moderngl.Texture:
+        texture = self.ctx.texture(size, 4, dtype="u4")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 

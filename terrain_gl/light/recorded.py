@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import moderngl
 import numpy as np
 
-from ..basics.steps import Steps
+from ..basics.steps import Steps, drain
 from ..gpu import gl
 from ..gpu.passes import ComputePass, Resources, Uniforms
 from ..sat import SummedAreaTables, Table
@@ -27,7 +27,8 @@ class RecordedTable(ABC):
         self.table = table
         self._sat = SummedAreaTables(ctx, 32)
         self._record = ComputePass(ctx, record, defines or {})
-        self.buffer = gl.reserve(ctx, 4 * table.words, name)
+        self._name = name
+        self.buffer = ctx.buffer(reserve=4)  # of the size of the table when that is built
         self._texture = gl.WordTexture(ctx)
 
     @property
@@ -38,18 +39,20 @@ class RecordedTable(ABC):
     @property
     def bytes(self) -> int:
         """GPU memory of the table."""
-        return self.buffer.size
+        return 4 * self.table.words
 
     def build(self) -> None:
         """Write all values and sum them."""
-        self._write(self.buffer, (0, 0), self.table)
-        self._sat.build(self.buffer, self.table)
+        drain(self.build_steps(self.table.width * self.table.height))
 
-    def build_steps(self) -> Steps[None]:
-        """Incremental `build`; yields progress from 0 to 1. The old table stays in use until the end."""
-        fresh = gl.reserve(self.ctx, self.buffer.size, "a table that is built again")
+    def build_steps(self, words: int = PORTION) -> Steps[None]:
+        """Incremental `build`, about `words` words of a layer a step; yields progress from 0 to 1.
+
+        The old table stays in use until the end.
+        """
+        fresh = gl.reserve(self.ctx, self.bytes, self._name)
         height = self.table.height
-        step = max(1, PORTION // self.table.width)
+        step = max(1, words // self.table.width)
         try:
             for row in range(0, height, step):
                 self._write(fresh, (0, 0), self.table, range(row, min(row + step, height)))

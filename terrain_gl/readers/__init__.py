@@ -137,8 +137,9 @@ def _kind(path: str, head: bytes, reading: Reading) -> str:
         return "hgt"
     if head.startswith(b"\x93NUMPY"):
         return "npy"
-    if not has_rasterio():
-        return "image" if head.startswith(_TIFF) or _IMAGE.match(head) else "gdal"
+    is_image = _IMAGE.match(head) is not None
     # headers of GDAL beside a PNG: place, scale and no-data value, or a mask
     has_headers = head.startswith(_PNG) and any(os.path.isfile(path + header) for header in (".aux.xml", ".msk"))
-    return "image" if _IMAGE.match(head) and not has_headers else "gdal"
+    if is_image and not has_headers:
+        return "image"  # without a question to rasterio, whose import takes long
+    return "image" if (is_image or head.startswith(_TIFF)) and not has_rasterio() else "gdal"
