@@ -54,6 +54,7 @@ class App:
         self.captured = False  # whether the mouse looks around without a button; then panels get no events
         self.errors: list[Exception] = []  # those that the window has shown
         self._failed = False  # whether an error came in the last frame
+        self._shown: tuple[object, ...] = ()  # which panels the last frame had
         self._echoes = 0  # frames still to draw after a change: panels find their size in one or two frames
 
     def close(self) -> None:
@@ -85,12 +86,20 @@ class App:
         if not window.is_visible or not (stale or self._echoes or self.gui.is_lively(now_s)):
             return False
         self._echoes = 2 if stale else max(0, self._echoes - 1)
+        self._draw(now_s)
+        if (shown := self.viewer.shown) != self._shown:  # other panels: the next frame, with their sizes, may take long
+            self._shown = shown
+            self._draw(now_s)
+        return True
+
+    def _draw(self, now_s: float) -> None:
+        """Draw the picture, and the panels over it."""
+        size, target = self.viewer.window.size, self.viewer.target
         self.attempt(self.viewer.draw)
         errors = len(self.errors)
-        self.attempt(self.gui.draw, self.panels.build, self.viewer.target, window.size, now_s)
+        self.attempt(self.gui.draw, self.panels.build, target, size, now_s)
         if len(self.errors) > errors:
-            self.attempt(self.gui.draw, self.panels.status_alone, self.viewer.target, window.size, now_s)
-        return True
+            self.attempt(self.gui.draw, self.panels.status_alone, target, size, now_s)
 
     # --- Errors -------------------------------------------------------------------------------------------------------
 

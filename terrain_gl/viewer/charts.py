@@ -18,13 +18,13 @@ UNKNOWN = "not known yet"
 PAPER = (1.0, 1.0, 1.0, 0.04)
 
 
-def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
-    """Build the graphs."""
+def show(ui: Widgets, painter: Painter, controller: Controller, at_rest: bool) -> None:
+    """Build the graphs; `at_rest`: the picture is finished."""
     frame = painter.frame
     records = list(painter.history.records)
     if not frame.stats:
         return
-    ui.line("Frame", UNKNOWN if frame.is_sketch else _frame_words(frame))
+    ui.line("Frame", UNKNOWN if frame.is_sketch else _frame_words(frame, at_rest))
     _bars(ui, records)
     ui.hint(
         "frame", f"Milliseconds of the last frames, {clock(frame.stats)}: blue: levels, orange: draw, green: shade."
@@ -43,12 +43,13 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     ui.line(controller.mode.capitalize(), f"{height}, {metres(controller.speed_m_s)}/s")
 
 
-def _frame_words(frame: FrameStats) -> str:
+def _frame_words(frame: FrameStats, at_rest: bool) -> str:
     """Rate or time, and how the picture differs from one at rest: together they must fit into the panel."""
-    if frame.fps is None:
+    if at_rest and frame.fps is None:
         return f"{seconds(drawing_ms(frame.stats))}, at rest"
     way = frame.way.words(frame.stats["requested_max_error_px"] is not None)
-    return ", ".join(filter(None, (f"{frame.fps:.{1 if frame.fps < 10 else 0}f} frames/s", way)))
+    rate = f"{frame.fps:.{1 if frame.fps < 10 else 0}f} frames/s" if frame.fps else seconds(drawing_ms(frame.stats))
+    return ", ".join(filter(None, (rate, way)))
 
 
 def error_words(frame: FrameStats) -> str:

@@ -27,9 +27,11 @@ from ..renderer.overlay import Overlay
 from ..shade.picture import SUN
 from ..store import StoredMap, cache, is_store
 from .frame_budget import FrameBudget
+from .window_state import Size
 
 PREVIEW_POSTS = 193  # posts along the longer side of a preview
 _READING = 0.3  # part of the progress bar for reading
+_PREVIEWING = 0.1  # the part after it, for a preview
 
 
 Progress = Callable[[float], None]
@@ -119,24 +121,32 @@ class LoadJob:
         self.renderer: Renderer | None = None  # draws the map, once its tables are built
         self.error: Exception | None = None  # why the map cannot be shown
         self._building: Renderer | None = None
-        self._read = self._built = 0.0
+        self._few: Renderer | None = None  # a preview that is being built
+        self._read = self._previewed = self._built = 0.0
         self._cancelled = False
         self._thread = threading.Thread(target=self._open, name=f"reading {name}")
         self._thread.start()
+
+    @property
+    def previews(self) -> bool:
+        """Whether a preview is being built."""
+        return self._few is not None
 
     @property
     def progress(self) -> float:
         """Share that is done, 0 to 1."""
         if self.sample and not self.opened:  # the map's store is being made, and tables are part of a store
             return self._read
-        return _READING * self._read + (1 - _READING) * self._built
+        before = _READING * self._read + _PREVIEWING * self._previewed
+        return before + (1 - before) * self._built
 
     @property
     def text(self) -> str:
         doing = "building the tables of" if self.opened else "making a store of" if self.sample else "reading"
+        doing = "preparing a preview of" if self._few else doing
         return f"{doing} {self.name}: {self.progress:.0%}"
 
-    def step(self, ctx: moderngl.Context, size: tuple[int, int], budget: FrameBudget) -> None:
+    def step(self, ctx: moderngl.Context, size: Size, budget: FrameBudget) -> None:
         """Build tables for a while, at least one step."""
         if self.opened is None or self.renderer or self.error:
             return
@@ -149,12 +159,30 @@ class LoadJob:
             self._building = None
             self.error = in_a_line(error, f"{self.name}: its tables cannot be built")
 
+    def preview_step(self, ctx: moderngl.Context, size: Size, budget: FrameBudget) -> tuple[Renderer, Opened] | None:
+        """Build a preview for a while, at least one step; returns it when it is built, with what it is a sample of."""
+        opened = self.sample or self.opened
+        few = self.sample.heightmap if self.sample else self.opened and preview(self.opened.heightmap)
+        if opened is None or few is None or self.error:
+            return None
+        try:
+            self._few = self._few or Renderer(few, size, ctx=ctx, build=False)
+            if not budget.run(self._few.build_steps, self._tell_previewed):
+                return None
+        except Exception as error:
+            self._few = None
+            self.error = in_a_line(error, f"{self.name}: its preview cannot be built")
+            return None
+        self._previewed = 1.0
+        built, self._few = self._few, None
+        return built, opened
+
     def cancel(self) -> None:
         """Stop, and release unfinished tables. A thread that is still reading ends soon."""
         self._cancelled = True
-        if self._building:
-            self._building.build_steps.close()
-            self._building = None
+        for unfinished in filter(None, (self._building, self._few)):
+            unfinished.build_steps.close()
+        self._building = self._few = None
         if self.renderer:
             self.renderer.release()
             self.renderer = None
@@ -179,6 +207,9 @@ class LoadJob:
         if self._cancelled:
             raise CancelledError
         self._read = share
+
+    def _tell_previewed(self, share: float) -> None:
+        self._previewed = share
 
     def _tell_built(self, share: float) -> None:
         self._built = share

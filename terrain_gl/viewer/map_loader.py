@@ -10,7 +10,7 @@ from ..heightmap import Heightmap
 from ..readers import Spacing
 from ..renderer import Renderer
 from .frame_budget import FrameBudget
-from .loading import LoadJob, Opened, Opener, Progress, file_opener, preview, scaled
+from .loading import LoadJob, Opened, Opener, Progress, file_opener, scaled
 from .scene import Scene
 from .window_state import Size
 
@@ -97,18 +97,19 @@ class MapLoader:
         job = self.job
         if not job:
             return None
-        job.step(self._ctx, self._small_size, self._budget)
         self._scene.window.refresh()
+        if not self._scene.has_map:  # a preview comes first
+            if shown := job.preview_step(self._ctx, self._small_size, self._budget):
+                return shown
+            if job.previews:
+                return None
+        job.step(self._ctx, self._small_size, self._budget)
         if job.error:
             self._fail(job.error)
         elif job.renderer and job.opened:
             self.job = None
             self.refused = ""
             return job.renderer, job.opened
-        elif not self._scene.has_map and job.sample:
-            return Renderer(job.sample.heightmap, self._small_size, ctx=self._ctx), job.sample
-        elif not self._scene.has_map and job.opened and (few := preview(job.opened.heightmap)):
-            return Renderer(few, self._small_size, ctx=self._ctx), job.opened
         return None
 
     def _fail(self, error: Exception) -> None:

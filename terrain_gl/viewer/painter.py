@@ -1,5 +1,6 @@
 """Draws the picture if anything has changed since the last one.
 
+    the first picture              in steps, because its programs are not compiled yet
     in motion, or without light    at once, coarser if full pictures take long           (frame_budget.py)
     a new split                    at once, as a preview in a plain style, because its programs are not compiled yet
     at rest                        in full size, in steps if it takes long
@@ -53,9 +54,10 @@ class Painter:
         self._asked: FrameSpec | None = None
         self._announced: Kind = ()  # the kind of picture that was requested last
         self._known: set[Kind] = set()  # kinds of pictures that were drawn in full, so that their programs are compiled
-        self._asked_s = self._drawn_s = self._told_s = float("-inf")
+        self._asked_s = self._drawn_s = self._told_s = self._now_s = float("-inf")
         self._unripe_s: float | None = None  # time since when tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
+        self._painted, self._painting_s = 0.0, float("-inf")  # its progress, and when it began
         self._measuring: Steps[None] | None = None
         self._unmeasured = False
 
@@ -110,6 +112,15 @@ class Painter:
         return spec == self.drawn and self.frame.way.is_full and not self.light.is_due(spec.lit_look)
 
     @property
+    def share(self) -> float | None:
+        """Progress, 0 to 1, of a picture that takes long, or whose programs must be compiled; None if there is none."""
+        if not self._painting and self.drawn:
+            return None
+        takes_long = self._asked is None or _kind(self._asked) not in self._known
+        takes_long = takes_long or bool(self._painting and self._now_s - self._painting_s >= TOLD_S)
+        return (self._painted if self._painting else 0.0) if takes_long else None
+
+    @property
     def waits_for_rest(self) -> bool:
         """Whether there is work that begins when nothing has changed for a while."""
         return not self.frame.way.is_full or self.frame.fps is not None or self._unmeasured
@@ -119,6 +130,7 @@ class Painter:
 
         `moving` says that the picture will change again soon.
         """
+        self._now_s = now_s
         if renderer.streaming:
             renderer.streaming.terrain.views = len(spec.sides)
         if spec != self._asked:
@@ -133,7 +145,9 @@ class Painter:
             changed = self._rest(renderer, spec, now_s, measure=not unlit)
         elif spec != self.drawn:
             changed = True
-            if not self._announces(spec):
+            if not (self.has_picture or self._painting and self._painting[0] != spec):
+                self._draw_first(renderer, spec)
+            elif not self._announces(spec):
                 is_new_split = self.has_picture and len(spec.sides) > 1 and _kind(spec) not in self._known
                 self._sketch(renderer, spec) if is_new_split else self._draw(renderer, spec, now_s)
         if not unlit or self.frame.awaits_map or fresh or self._painting:  # a new picture is shown first
@@ -141,10 +155,14 @@ class Painter:
         if self.light.step(renderer.picture, spec.lit_look, moving):
             self.forget()
             return True
-        if now_s - self._told_s >= TOLD_S:
-            self._told_s = now_s
-            return True
-        return changed
+        return self._tells() or changed
+
+    def _tells(self) -> bool:
+        """Whether the panels should show again how far a long work is."""
+        if self._now_s - self._told_s < TOLD_S:
+            return False
+        self._told_s = self._now_s
+        return True
 
     def _announces(self, spec: FrameSpec) -> bool:
         """Whether this frame shows the old picture, because the new picture needs programs that are not compiled yet.
@@ -174,6 +192,29 @@ class Painter:
         if 0 < (seconds := now_s - self._drawn_s) < 2:
             self.frame.fps = 0.9 * self.frame.fps + 0.1 / seconds if self.frame.fps else 1 / seconds
         self._drawn_s = now_s
+
+    def _draw_first(self, renderer: Renderer, spec: FrameSpec) -> None:
+        """Draw the first picture of all for a while, at least one step. Once the camera moves, it is drawn at once."""
+        if not self._painting:
+            self._paint(spec, self._draw_steps(renderer, spec, self._budget.way))
+        self._go_on()
+
+    def _paint(self, spec: FrameSpec, steps: Steps[None]) -> None:
+        """Begin to draw a picture in steps."""
+        self._painting = spec, steps
+        self._painted, self._painting_s, self._told_s = 0.0, self._now_s, self._now_s
+
+    def _go_on(self) -> bool:
+        """Draw a picture in steps for a while, at least one; returns whether it is complete."""
+        assert self._painting
+        if not self._budget.run(self._painting[1], self._tell_painted):
+            return False
+        self._painting = None
+        self._drawn_s = self._now_s
+        return True
+
+    def _tell_painted(self, share: float) -> None:
+        self._painted = share
 
     def _draw_steps(self, renderer: Renderer, spec: FrameSpec, way: Way, gradual: bool = True) -> Steps[None]:
         """Draw all sides; yields progress from 0 to 1 for each side."""
@@ -213,16 +254,13 @@ class Painter:
             self.interrupt()
         if not self._painting and (spec != self.drawn or not self.frame.way.is_full):
             self.interrupt()
-            self._painting = spec, self._draw_steps(renderer, spec, FULL)
+            self._paint(spec, self._draw_steps(renderer, spec, FULL))
+            assert self._painting
             if renderer.streaming:  # the picture chooses its tiles, and goes on if all of them have light
                 next(self._painting[1])
                 return was_moving
         if self._painting:
-            if not self._budget.run(self._painting[1]):
-                return was_moving
-            self._painting = None
-            self._drawn_s = now_s
-            return True
+            return self._go_on() or self._tells() or was_moving
         return (measure and self._measure(renderer)) or was_moving
 
     def _note(self, spec: FrameSpec, stats: list[Stats], way: Way, renderer: Renderer) -> None:

@@ -147,7 +147,7 @@ class Panels:
             imgui.push_item_width(0.56 * width)
             if viewer.ruler.taken:
                 profile_plot.show(ui, viewer.ruler.profile(viewer.scene.heightmap))
-            charts.show(ui, viewer.painter, viewer.scene.controller)
+            charts.show(ui, viewer.painter, viewer.scene.controller, viewer.settled)
             for title, (show, about) in self._sections.items():
                 imgui.set_next_item_open(self.opened[title])
                 was_open, self.opened[title] = self.opened[title], imgui.collapsing_header(title)

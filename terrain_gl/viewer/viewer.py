@@ -308,18 +308,39 @@ class Viewer:
     @property
     def progress(self) -> Progress | None:
         """Long work in progress; None if there is none."""
+        drawing = self.painter.share if self.scene.has_map else None
+        if drawing is not None and not self.painter.has_picture:
+            return Progress(f"drawing the first picture: {drawing:.0%}", drawing, False)
         if job := self.loader.job:
             return Progress(job.text, job.progress, self.loader.can_cancel)
-        if self.painter.light.share is not None:
-            return Progress("computing light and shadow", self.painter.light.share, False)
+        if self.painter.light.share is not None or self._is_dark:
+            return Progress("computing light and shadow", self.painter.light.share or 0.0, False)
         if shot := self.saver.shot:
             return Progress(shot.words, shot.share, True)
+        if drawing is not None:
+            return Progress("drawing in full size", drawing, False)
         return Progress(self.tiles.text, self.tiles.share, False) if self.tiles.are_coming else None
+
+    @property
+    def _is_dark(self) -> bool:
+        """Whether a map has no light at all yet, although its style needs some."""
+        if not self.scene.has_map or self.scene.is_preview:
+            return False
+        lit = self.scene.renderer.picture.lighting.is_there
+        return self.scene.frame_spec().lit_look.is_lit and not lit and not self.painter.frame.awaits_map
+
+    @property
+    def shown(self) -> tuple[object, ...]:
+        """What decides which panels there are, and about how large they are."""
+        progress, painter = self.progress, self.painter
+        words = progress and progress.text.rstrip("%0123456789")
+        return words, self.window.message, painter.has_picture, painter.frame.is_preview, bool(painter.frame.stats)
 
     def step(self, now_s: float) -> bool:
         """Work for a while, `now_s` seconds after the start; returns whether the window must be drawn again."""
         self.window.now_s = now_s
-        if arrived := self.loader.step():
+        awaits_preview = self.scene.has_map and not self.painter.has_picture  # it comes before the tables
+        if not awaits_preview and (arrived := self.loader.step()):
             self.show(*arrived)
         if not self.window.is_visible:
             return False

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from viewers import set_budget, settle, slow, swift, texts
+from viewers import later, set_budget, settle, slow, swift, texts
 
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
@@ -44,6 +44,32 @@ def test_a_preview_says_so_and_shows_no_error(preview):
     stats = preview.viewer.painter.frame.stats
     assert stats["certified_max_error_px"] is None and stats["complete"] is False
     assert stats["triangles"] < 2 * PREVIEW_POSTS**2  # the sample, not the map
+
+
+WAITS = "preparing a preview of|drawing the first picture|building the tables of|computing light|drawing in full size"
+
+
+def test_until_the_picture_is_finished_a_line_says_what_is_waited_for(make_app, folder):
+    app, heightmap = make_app(with_map=False), large_map()
+    app.viewer.settings.change_all(style="shaded")
+    set_budget(app.viewer, slow())
+    app.viewer.loader.load("large", lambda progress: Opened(heightmap, Camera.default(heightmap), key="large"))
+    app.viewer.loader.job.join()
+    waited_for, shares = [], []
+    while not app.viewer.settled:
+        later(app, 0.3)
+        shown = texts(app)
+        if not app.viewer.settled:
+            found = re.search(WAITS, shown)
+            assert found and "at rest" not in shown, (waited_for, shown)
+            waited_for += [found[0]] * (found[0] not in waited_for)
+            shares.append((found[0], app.viewer.progress.share))
+    assert waited_for == WAITS.split("|") and shares == sorted(shares, key=lambda each: waited_for.index(each[0]))
+    for what in waited_for:
+        of_it = [share for said, share in shares if said == what]
+        assert of_it == sorted(of_it) and len(set(of_it)) > 1, (what, of_it)
+    settle(app)
+    assert "at rest" in texts(app) and app.viewer.progress is None
 
 
 def test_the_whole_map_has_a_bound_again(preview):

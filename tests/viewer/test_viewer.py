@@ -19,7 +19,13 @@ def test_the_first_picture_comes_quickly_then_the_full_one(empty):
     set_budget(empty, slow())
     heightmap = hills()
     empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), Opened(heightmap, Camera.default(heightmap)))
-    assert later(empty) and empty.painter.frame.way == COARSEST and empty.painter.frame.stats["width"] == 80
+    frames = 0
+    while not empty.painter.has_picture:  # programs may have to be compiled: a line says how far it is
+        assert empty.progress.text.startswith("drawing the first picture") and not empty.settled
+        assert later(empty, 0.01)
+        frames += 1
+    assert frames > 2 and empty.painter.frame.way == COARSEST and empty.painter.frame.stats["width"] == 80
+    assert empty.progress.text == "computing light and shadow"
     later(empty)
     shares = []
     while empty.painter.light.share is not None:  # until there is light
@@ -42,7 +48,8 @@ def test_a_full_picture_in_steps_is_the_same(viewer):
     settle(viewer)
     drawn, pose = seen(viewer), viewer.scene.controller.pose
     viewer.painter.forget()
-    assert not later(viewer) and viewer.busy  # there is nothing new to see yet
+    assert not later(viewer) and viewer.busy and viewer.progress is None  # there is nothing new to see yet
+    assert later(viewer) and viewer.progress.text == "drawing in full size"  # it takes longer than a second
     viewer.scene.controller.look(30, 0)
     assert later(viewer)  # a motion comes between
     viewer.scene.controller.pose = pose
