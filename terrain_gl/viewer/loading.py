@@ -162,8 +162,10 @@ class LoadJob:
     def preview_step(self, ctx: moderngl.Context, size: Size, budget: FrameBudget) -> tuple[Renderer, Opened] | None:
         """Build a preview for a while, at least one step; returns it when it is built, with what it is a sample of."""
         opened = self.sample or self.opened
-        few = self.sample.heightmap if self.sample else self.opened and preview(self.opened.heightmap)
-        if opened is None or few is None or self.error:
+        if opened is None or self.error:
+            return None
+        few = opened.heightmap if self.sample else preview(opened.heightmap)
+        if few is None:
             return None
         try:
             self._few = self._few or Renderer(few, size, ctx=ctx, build=False)
