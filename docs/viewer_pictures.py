@@ -186,7 +186,7 @@ def lecture(app: App) -> None:
 
 
 def sculpt(app: App) -> None:
-    """A new hill. It comes last: a stroke beyond the range of heights coarsens the tables, also when undone."""
+    """A new hill."""
     app.press("escape")
     app.press("b")
     settle(app)

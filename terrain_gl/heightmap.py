@@ -59,7 +59,7 @@ class Heightmap:
     voids : int
         Number of void posts.
     range_m, quantised_m : (float, float)
-        Lowest and highest height; and the range that gives the tables their units, chosen once: `units_for`.
+        Lowest and highest height; and the range that gives the tables their units: `units_for`.
     opened : dict, optional
         The arguments of `open`; None for a map that was not opened from a file, or was edited since.
     assumes_spacing : bool

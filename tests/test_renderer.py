@@ -15,6 +15,7 @@ from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.basics.steps import drain
 from terrain_gl.comparison.curves import details_of
 from terrain_gl.gpu import gl, layout
+from terrain_gl.gpu.packing import MOST_SPANS
 from terrain_gl.heightmap import MAX_HEIGHT_M
 from terrain_gl.shade.picture import UNLIT, Look
 
@@ -25,6 +26,12 @@ SIZE = (64, 48)
 def heightmap():
     rng = np.random.default_rng(3)
     return tg.Heightmap(np.cumsum(rng.normal(size=(65, 97)), 1), (20.0, 30.0), "ridges")
+
+
+@pytest.fixture
+def kept_units(monkeypatch):
+    """Maps in memory keep their units as long as stores do."""
+    monkeypatch.setattr("terrain_gl.terrain.terrain.KEPT_SPANS", MOST_SPANS)
 
 
 def read_tables(renderer):
@@ -64,7 +71,8 @@ def test_height_over_a_void_is_nan():
 
 
 @pytest.mark.parametrize("up_m", [450.0, -450.0])
-def test_an_edit_far_beyond_the_map_keeps_the_units_and_the_bound_holds(heightmap, up_m):
+@pytest.mark.usefixtures("kept_units")
+def test_an_edit_far_beyond_the_units_keeps_the_bound(heightmap, up_m):
     """Tables are those of a map with the same units that was never edited. Without `beyond_m`, the bound breaks."""
     place = np.s_[40:60], np.s_[40:70]
     camera = tg.Camera.default(heightmap)
@@ -83,6 +91,7 @@ def test_an_edit_far_beyond_the_map_keeps_the_units_and_the_bound_holds(heightma
             assert read_tables(rebuilt) == made and (rebuilt.render(camera).image == image).all()
 
 
+@pytest.mark.usefixtures("kept_units")
 def test_what_no_class_holds_is_bounded_by_all_heights(heightmap):
     """From far away, a tolerance is larger than all old errors. The block's `beyond_m` says that a peak is higher."""
     far = tg.Camera((1000.0, -20000.0, 9000.0), (900.0, 900.0, 0.0), 20.0)
@@ -101,11 +110,12 @@ def test_what_no_class_holds_is_bounded_by_all_heights(heightmap):
         assert share() > 1
 
 
-@pytest.mark.parametrize("base_m, height_m", [(0.0, 0.9 * MAX_HEIGHT_M), (9000.0, 200.0)])
-def test_an_edit_that_the_units_cannot_hold_chooses_others(heightmap, base_m, height_m):
-    """Heights in more than 64 spans, or so far below a base that float32 cannot hold the difference."""
+@pytest.mark.parametrize("base_m, height_m", [(0.0, 0.9 * MAX_HEIGHT_M), (0.0, -150.0), (9000.0, 200.0)])
+def test_an_edit_that_needs_other_units_chooses_them_and_undoing_it_the_old_ones(heightmap, base_m, height_m):
+    """Heights in more than two spans, or so far below a base that float32 cannot hold the difference."""
     land = tg.Heightmap(heightmap.heights + np.float32(base_m), heightmap.spacing_m)
     with tg.Renderer(land, SIZE) as r, r.session:
+        before = read_tables(r)
         r.edit(3, 4, height_m)
         fresh = tg.Heightmap(r.heightmap.heights, land.spacing_m)
         assert r.heightmap.quantised_m == fresh.quantised_m == fresh.range_m
@@ -114,15 +124,17 @@ def test_an_edit_that_the_units_cannot_hold_chooses_others(heightmap, base_m, he
         r.draw(tg.Camera.default(land), 4.0, style=UNLIT)
         errors = r.measure()
         assert errors["max_error_px"] <= errors["certified_max_error_px"]
+        r.edit(3, 4, land.heights[3, 4])
+        assert r.heightmap.quantised_m == land.range_m and read_tables(r) == before
 
 
 def test_a_plain_can_be_edited(heightmap):
     """Units of a flat map come from its spacing."""
     with tg.Renderer(tg.Heightmap(np.full((40, 50), 7.0), 30.0), SIZE) as r:
-        units_m = r.heightmap.quantised_m
-        assert units_m == (7.0, 37.0)
+        r.edit(slice(10, 20), slice(10, 30), 60.0)
+        assert r.heightmap.quantised_m == (7.0, 37.0)
         r.edit(slice(10, 20), slice(10, 30), 900.0)
-        assert r.heightmap.quantised_m == units_m
+        assert r.heightmap.quantised_m == (7.0, 900.0)
         r.draw(tg.Camera.default(r.heightmap), 1.0, style=UNLIT)
         found = r.measure()
         assert found["max_error_px"] <= found["certified_max_error_px"] <= 1

@@ -2,9 +2,9 @@
 
     heights → error tables → baselines → sums of heights → light
 
-The tables store heights and errors in units that are chosen once, from the heights of the opened map
-(`heightmap.units_for`). They hold heights far beyond these (`terrain.units_hold`). So the cost of an edit grows with
-its rectangle, wherever the new heights are.
+The tables store heights and errors in units that are chosen from the heights of the opened map (`heightmap.units_for`).
+They also hold heights beyond these. So the cost of an edit grows with its rectangle. A map in memory whose heights
+double or halve their range gets new units and new tables (`terrain.units_suit`).
 """
 
 import os

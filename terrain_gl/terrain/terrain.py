@@ -19,6 +19,7 @@ from ..heightmap import Heightmap, units_for
 from .filling import Filling
 from .water import water_posts
 
+KEPT_SPANS = 2  # an edit keeps the units if old and new heights lie in so many spans
 SEA = 0.1  # if this share of the rim is in water of one height, that water is the sea
 
 
@@ -132,8 +133,8 @@ class Terrain:
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
         """Give the posts from column x and row y on new heights, (rows, cols), NaN for voids.
 
-        The time grows with the number of posts that change. Everything is uploaded again only if heights go beyond what
-        the tables can hold (`units_hold`), or if the first void appears or the last one disappears.
+        The time grows with the number of posts that change. Everything is uploaded again only if the heights need other
+        units (`units_suit`), or if the first void appears or the last one disappears.
 
         Returns
         -------
@@ -148,10 +149,11 @@ class Terrain:
         self.edits += 1
         rows, cols = changed
         has_voids = self.heightmap.voids > 0
-        in_range = units_hold(self.heightmap.quantised_m, self.heightmap.range_m)
-        if not in_range:
-            self.heightmap.quantised_m = units_for(self.heightmap.range_m, self.heightmap.ground_spacing_m)
-        if not in_range or has_voids != had_voids:
+        fresh_m = units_for(self.heightmap.range_m, self.heightmap.ground_spacing_m)
+        has_units = units_suit(self.heightmap.quantised_m, fresh_m)
+        if not has_units:
+            self.heightmap.quantised_m = fresh_m
+        if not has_units or has_voids != had_voids:
             self.marks.release()
             self.marks = self._make_marks()
             self.upload()
@@ -300,15 +302,20 @@ def steps_of(heights: np.ndarray, low_m: float, span_m: float) -> np.ndarray:
     return np.rint(steps).astype(np.int32).view(np.uint32)
 
 
-def units_hold(units_m: tuple[float, float], range_m: tuple[float, float]) -> bool:
+def units_suit(units_m: tuple[float, float], fresh_m: tuple[float, float]) -> bool:
+    """Whether an edit keeps the tables' units. Units for the new heights, `fresh_m`, would hardly be better."""
+    return units_hold(units_m, fresh_m, KEPT_SPANS) and units_hold(fresh_m, units_m, KEPT_SPANS)
+
+
+def units_hold(units_m: tuple[float, float], range_m: tuple[float, float], most_spans: int = MOST_SPANS) -> bool:
     """Whether tables in units for one range of heights can hold another range.
 
-    Heights may lie in `MOST_SPANS` spans. And the heights that the GPU stores, above the base, must be exact.
+    Heights may lie in `most_spans` spans. And the heights that the GPU stores, above the base, must be exact.
     """
     base_m, bottom_m, span_m = quantisation_range(*units_m)
     low, high = min(range_m[0], bottom_m), max(range_m[1], bottom_m + span_m)
     is_exact = base_m == 0 or min(range_m[0] / base_m, range_m[1] / base_m) >= 0.5
-    return is_exact and high - low <= MOST_SPANS * span_m
+    return is_exact and high - low <= most_spans * span_m
 
 
 def quantisation_range(low: float, high: float) -> tuple[float, float, float]:
