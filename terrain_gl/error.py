@@ -163,7 +163,7 @@ class ErrorTables:
 
     @property
     def resources(self) -> Resources:
-        """What glsl/error/bound.glsl and squares.glsl read."""
+        """What glsl/error/bound.glsl and certified.glsl read."""
         return {"Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
 
     def release_tables(self) -> None:

@@ -243,7 +243,7 @@ void main() {
 
 def ask_bounds(ctx, tables, boxes):
     """Largest error in m, sum of squares in m², and whether the box is within 1.0001 and 0.8 of that error, (n, 4)."""
-    shader = Asked(ctx, "error/squares.glsl", shaders.source("error/squares.glsl") + ASK_BOUNDS)
+    shader = Asked(ctx, "error/certified.glsl", shaders.source("error/certified.glsl") + ASK_BOUNDS)
     questions = np.zeros((len(boxes), 8), "i4")
     questions[:, :5] = boxes
     asked, answers = ctx.buffer(questions.tobytes()), ctx.buffer(reserve=16 * len(boxes))

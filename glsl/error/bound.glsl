@@ -5,16 +5,18 @@
 //   are exact for boxes of up to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. The error of a part is |t|/(4 n²),
 //   where t is the twist of the cell. So the table of level 0 is used with n² times the tolerance.
-// Provides is_within_m(), largest_m(), and range[].
-// Python twins: reference.bound_max_m, reference.class_tables
+// Provides is_within_m(), and range[].   Python twins: reference.bound_max_m, reference.class_tables
 
 #include "blocks/terrain.glsl"
 #include "sat/box.glsl"
 
-layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
+layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };  // of four classes in each word
 layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };  // of heights, a word for each node
 
 #define COUNTER(i) counter[i]
+
+// Four differences of 8 bits: sub_apart() of sat/bits.glsl.
+uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
 
 BOX_SUM(count_sum, uint, COUNTER, sub8)
 
@@ -26,7 +28,7 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
 }
 
 // The class with the largest limit that is not above an error; -1 if even the last limit is above it, -2 if the error
-// is as large as any. Rounding may give a class whose limit is too large, hence the check.
+// is as large as any. log2 may round up; step to the next class then.
 int class_within(float error_m) {
     if (error_m >= most_m()) return -2;
     int c = max(0, int(ceil(class_of_octave(log2(u_span_m / error_m)))));
@@ -54,21 +56,6 @@ bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
     return none_above(counts, tiles, c);
-}
-
-// The smallest bound that the tables certify for such a rectangle: the limit of a class, or the largest error of all.
-float largest_m(ivec2 low, ivec2 end, int step_log2) {
-    Table counts;
-    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
-    int sure = -1, beyond = CLASSES;  // nothing is above class `sure`; something is above class `beyond`
-    while (beyond - sure > 1) {
-        int c = (sure + beyond) / 2;
-        if (none_above(counts, tiles, c)) sure = c;
-        else beyond = c;
-    }
-    // exp2() may round differently here
-    float error_m = sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
-    return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }
 #else
 #include "pages/bound.glsl"

@@ -5,7 +5,7 @@
 // Errors are half floats in units of span · 2^-8, rounded up. Heights may lie in MOST_SPANS spans (terrain.units_hold),
 // so no error overflows.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts with errors of the span do not
-// overflow. error/squares.glsl reads no sum that may.
+// overflow. error/certified.glsl reads no sum that may.
 // Provides pack_errors(), unpack_errors(), pack_range(), square_up(), own_posts().   Python twin: gpu.layout.NODE
 
 #include "blocks/terrain.glsl"

@@ -8,8 +8,8 @@
 //   w' is at least the nearest corner's w minus |δ v_w|.
 //   Only points in the picture count, so the rectangle ends at the picture's edges, and the depth at the near plane.
 //   float32 moves each point of the box by at most  a D / w + b  pixels, D its diagonal (docs/precision.md).
-// Provides Box, Projection, project(), error_px(), pixels_across(), post_weight().
-// Python twins: reference.project_boxes, reference.error_px, reference.post_weights; for a point camera.screen_shift_px
+// Provides Box, Projection, box_of(), project(), error_px().
+// Python twins: reference.project_boxes, reference.error_px; for a point camera.screen_shift_px
 
 #include "blocks/view.glsl"
 
@@ -97,9 +97,3 @@ float error_px(Projection p, float size_m, float max_m) {
     float depth = p.nearest_m - (max_m + p.sag_m) * abs(vertical_w());
     return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK + p.rounding_px;
 }
-
-// Width in pixels of a cell in the middle of a box.
-float pixels_across(Projection p) { return u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y); }
-
-// Weight of a post in a budget: docs/allocation.md, section 2.
-float post_weight(Projection p) { return max(1.0, pixels_across(p)); }

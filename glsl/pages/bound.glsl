@@ -9,7 +9,8 @@
 //       2 M_A + M_B ≤ 3 max M.
 //       Records say nothing of holes: a node with a hole has no such bound until all pages over the box are loaded.
 //   The proof: docs/stores.md.
-// Provides is_within_m(), largest_m().   Python twins: reference.bound_max_m, reference.class_tables
+// Provides is_within_m(), largest_of_level_m(), largest_of_coarse_m(), has_holes().
+// Python twins: reference.bound_max_m, reference.class_tables
 
 #define PAGE_WORDS ((CLASSES / 4) * (PAGE >> COUNT_TILE_LOG2) * (PAGE >> COUNT_TILE_LOG2))
 
@@ -79,12 +80,4 @@ bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed) <= error_m;
     int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
     return c < 0 ? c == -2 : none_above_in_pages(level, nodes_over(low, end, level), c);
-}
-
-float largest_m(ivec2 low, ivec2 end, int step_log2) {
-    bool is_mixed;
-    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
-    if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed);
-    float error_m = largest_of_level_m(low, end, level);
-    return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }

@@ -1,7 +1,7 @@
 // sat/bits.glsl — integers that wrap.
-//   32 bits: uint.   64 bits: uvec2, low half first.   8 bits: four independent sums side by side in one uint.
+//   64 bits: uvec2, low half first.   32 bits, or four numbers of 8 bits side by side: uint.
 //   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
-// Provides addN(), subN(), ATOMIC_ADD_64(), word_float().   Python twin: reference.sat
+// Provides add64(), sub64(), ATOMIC_ADD_64(), add_apart(), sub_apart(), word_float().   Python twin: reference.sat
 
 uvec2 add64(uvec2 a, uvec2 b) {
     uint carry;
@@ -22,13 +22,8 @@ uvec2 sub64(uvec2 a, uvec2 b) {
     return uvec2(low, a.y - b.y - borrow);
 }
 
-// Four sums of 8 bits: the low seven bits of each are added without a carry out; the eighth is an exclusive or
-// (Warren 2002, "Hacker's delight", section 2-18).
-uint add8(uint a, uint b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
-uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
-
-// Four words at once.
-// One number in a word, or four: `low` has all bits except the highest of each.
+// The numbers of a word, one or four: `low` has all bits except the highest of each number. The low bits are added
+// without a carry out; the highest is an exclusive or (Warren 2002, "Hacker's delight", section 2-18).
 uint add_apart(uint a, uint b, uint low) { return ((a & low) + (b & low)) ^ ((a ^ b) & ~low); }
 uint sub_apart(uint a, uint b, uint low) { return ((a | ~low) - (b & low)) ^ ((a ^ ~b) & ~low); }
 

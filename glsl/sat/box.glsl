@@ -7,13 +7,12 @@
 //         │  box  │        the table is as large as the map.
 //   b.y   C───────D        box = (D − C) − (B − A)
 //
-// GLSL cannot pass buffers to functions: the including file declares the buffer, names its words, and makes a function:
+// GLSL cannot pass buffers to functions: the including file declares the buffer, names its words, has a function that
+// subtracts words, and makes a function:
 //     layout(std430, binding = 0) readonly buffer Squares { uvec2 square[]; };
 //     #define SQUARE(i) square[i]
 //     BOX_SUM(square_sum, uvec2, SQUARE, sub64)         gives  uvec2 square_sum(Table t, int layer, ivec2 a, ivec2 b)
 // Provides Table, BOX_SUM().   Python twin: reference.box_sum
-
-#include "sat/bits.glsl"
 
 struct Table {
     uint first;  // word of the buffer where the table begins

@@ -8,7 +8,6 @@
 
 #include "lod/rings/leaf.glsl"
 #include "lod/rings/edges.glsl"
-#include "lod/rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
 
@@ -38,7 +37,7 @@ uint queued_shape(uint entry) { return entry >> 28 << 8; }  // the square's size
 // Unit i of a square of units, as an offset from its first one.
 int unit_in(int units_log2, int i) { return (i >> units_log2) * 8 + (i & (1 << units_log2) - 1); }
 
-void write_units(int id, int units_log2, uint word) {
+void write_square(int id, int units_log2, uint word) {
     int first = plane(u_agreed + 1) + id;
     for (int i = 0; i < 1 << 2 * units_log2; i++) unit_word[first + unit_in(units_log2, i)] = word;
 }
@@ -51,7 +50,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
     if (!u_priced) step_log2 = next_step(low, side_log2, step_log2, finest_of(low, side_log2, ring, step_log2), p);
     if (step_log2 == NO_STEP) step_log2 = finest_of(low, side_log2, ring, side_log2 - 1);
     uint word = leaf_word(part_units_log2, step_log2);
-    write_units(id, part_units_log2, is_on_map ? word : NOTHING);
+    write_square(id, part_units_log2, is_on_map ? word : NOTHING);
     if (is_on_map && is_new) append_leaf(id);
     append_to_queue(id, word);
 }
@@ -62,7 +61,7 @@ int units_for_parts(Leaf leaf, Block b) {
     int child = int(atomicAdd(b_all.count, 1u));
     if (child >= u_most_blocks) return -1;  // the view is chosen again with more room
     b_block[child] = Block(leaf.origin, b.unit_log2 - 3, b.ring, NO_STEP);
-    write_units(leaf.id, 0, IS_BLOCK | uint(child));
+    write_square(leaf.id, 0, IS_BLOCK | uint(child));
     append_to_queue(leaf.id, leaf.word);
     return UNITS * child;
 }
@@ -119,6 +118,6 @@ void main() {
         queue_around(leaf);
         split(leaf, b);
     } else if (word != unit_word[plane(u_agreed + 1) + id]) {
-        write_units(id, side_units_log2(word), word);
+        write_square(id, side_units_log2(word), word);
     }
 }

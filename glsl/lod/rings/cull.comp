@@ -7,6 +7,15 @@
 
 layout(local_size_x = THREADS) in;
 
+// Block number b of the rings, which are numbered ring after ring.
+Block root_block(int b) {
+    int r = 0;
+    while (r + 1 < u_rings && b >= u_ring[r + 1].first_block) r++;
+    Ring ring = u_ring[r];
+    ivec2 at = ivec2((b - ring.first_block) % ring.blocks.x, (b - ring.first_block) / ring.blocks.x);
+    return Block(ring.origin + at * (BLOCK_SIDE << ring.level), ring.level, r, NO_STEP);
+}
+
 bool has_leaf() {
     ivec2 end = block.origin + (BLOCK_SIDE << block.unit_log2);
     if (is_nothing(block.origin, end)) return false;

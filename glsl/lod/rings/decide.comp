@@ -19,6 +19,7 @@ uniform int u_round;
 shared int s_asking[SQUARES];  // squares to look at next: an entry is the first of four parts
 shared int s_asked;
 
+// The word of a square (lod/rings/squares.glsl), and its cost as one leaf.
 uint look(int depth, ivec2 at, out float cost) {
     int side_log2 = side_log2_at(depth);
     ivec2 low = low_of(depth, at);
@@ -36,13 +37,13 @@ uint look(int depth, ivec2 at, out float cost) {
         step_log2 = next_step(low, side_log2, coarsest, finest, p);
         if (step_log2 == NO_STEP) step_log2 = block.known_log2;
     }
-    bool is_held = step_log2 != NO_STEP;
-    cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
+    bool has_step = step_log2 != NO_STEP;
+    cost = has_step ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : HUGE;
     int level;
     bool may_refine = depth == 3 && block.unit_log2 >= 3 && u_round < 2;
-    bool refine = may_refine && (is_held ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
+    bool refine = may_refine && (has_step ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
     if (refine) cost *= REFINED;
-    uint state = refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN;
+    uint state = refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && has_step) ? WHOLE : OPEN;
     return uint(step_log2 + 16) | state;
 }
 
@@ -69,7 +70,9 @@ void main() {
     s_asked = 1;
     barrier();
     int deepest = -1;
-    for (int begin = -1, end = 4; begin < end; deepest++) {  // depths 0 and 1 together: more threads have work
+    // Square -1 is the whole block. Then each entry of s_asking has four. Depths 0 and 1 are looked at together, so
+    // that more threads have work.
+    for (int begin = -1, end = 4; begin < end; deepest++) {
         for (int i = begin + thread; i < end; i += THREADS)
             ask(i < 0 ? 0 : s_asking[i >> 2], max(i, 0) & 3);
         barrier();

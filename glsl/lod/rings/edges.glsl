@@ -6,7 +6,7 @@
 // Provides look_around_in(), leaf_over(), Walk, START, next_leaf(), edges_log2_of().
 // Python twin: reference.rings.edge_step_log2
 
-#include "lod/rings/rings.glsl"
+#include "lod/rings/shapes.glsl"
 
 const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
 

@@ -55,7 +55,7 @@ vec2 sector_direction(int sector) {
 // Slope that the horizon must exceed to block a sight line of this slope: that of a line steeper by the angle φ.
 float horizon_needed(float slope) {
     float tan_off = u_tan_off + SLOPE_SLACK * (1.0 + u_tan_off), level = 1.0 - slope * tan_off;
-    return level > 0.0 ? (slope + tan_off) / level : NEVER;
+    return level > 0.0 ? (slope + tan_off) / level : HUGE;
 }
 
 // The first and the last sector of a box, as numbers with fractions.

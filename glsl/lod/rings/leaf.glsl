@@ -7,7 +7,7 @@
 #include "error/bound.glsl"
 #include "lod/project.glsl"
 
-#define NEVER 1e30
+#define HUGE 1e30  // stands for infinity
 #ifndef PATCH_COST
 #define PATCH_COST 14.0  // cost of a patch besides its triangles, counted in triangles
 #endif
@@ -16,7 +16,7 @@
 vec2 range_of_square_m(ivec2 low, int side_log2) {
     int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
     ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
-    vec2 range_m = vec2(NEVER, -NEVER);
+    vec2 range_m = vec2(HUGE, -HUGE);
     for (ivec2 at = first; at.y < end.y;) {
         vec2 node_m = unpack_range(range[range_index(level, at)]);
         range_m = vec2(min(range_m.x, node_m.x), max(range_m.y, node_m.y));
@@ -35,7 +35,7 @@ Projection project_square(ivec2 low, int side_log2) { return project(box_of_squa
 // tolerance is left for it in any case: finer triangles could not make up for rounding.
 float error_within_m(Projection p, float px) {
     if (u_metric == METRIC_METRES) return px;
-    if (p.outside) return NEVER;
+    if (p.outside) return HUGE;
     px = max(px - p.rounding_px, 0.5 * px);
     float per_m = u_focal_px * p.stretch * BOUND_SLACK;
     return px * p.nearest_m / (per_m + px * abs(vertical_w())) * (1.0 - 1e-5);
@@ -45,9 +45,9 @@ float error_within_m(Projection p, float px) {
 // cells, we read the cells themselves.
 const int FEW_LOG2 = 1;
 
-// Largest error and root mean square of such a square, each cell drawn as two triangles; NEVER for other squares.
+// Largest error and root mean square of such a square, each cell drawn as two triangles; HUGE for other squares.
 vec2 few_cells_m(ivec2 low, int side_log2) {
-    if (side_log2 > FEW_LOG2 || loaded_level(low, low + (1 << side_log2), 0) > 0) return vec2(NEVER);
+    if (side_log2 > FEW_LOG2 || loaded_level(low, low + (1 << side_log2), 0) > 0) return vec2(HUGE);
     ivec2 first = max(low, ivec2(0));
     ivec2 end = min(low + (1 << side_log2), u_last_post);
     ivec2 cells = max(end - first, ivec2(0));
@@ -93,7 +93,7 @@ bool fits_within(ivec2 low, int side_log2, int step_log2, vec2 exact_m, Projecti
     p.sag_m = slack_m(step_log2);
     float allowed_m = within_m - p.sag_m;
     if (allowed_m < 0.0) return false;
-    if (step_log2 <= 0 && exact_m.x < NEVER) return exact_m.x * exp2(2.0 * float(step_log2)) <= allowed_m;
+    if (step_log2 <= 0 && exact_m.x < HUGE) return exact_m.x * exp2(2.0 * float(step_log2)) <= allowed_m;
     return is_within_m(low, low + (1 << side_log2), step_log2, allowed_m);
 }
 

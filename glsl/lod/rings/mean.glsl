@@ -4,7 +4,7 @@
 // Provides has_mean(), cells_m().   Python twin: reference.rings.mean_px
 
 #include "lod/rings/leaf.glsl"
-#include "error/squares.glsl"
+#include "error/certified.glsl"
 
 #ifndef PAGED  // else pages/bound.glsl has it, and reads a level's nodes
 bool has_holes(ivec2 low, ivec2 end, int level) {
@@ -26,7 +26,7 @@ bool has_mean(Projection p, ivec2 low, int side_log2, int step_log2) {
 // Largest error and root mean square of a square's cells: from the tables, or from the cells themselves if they are
 // few. For spacings below that of the posts, each cell of the map is cut into parts.
 vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 exact_m) {
-    if (step_log2 <= 0 && exact_m.x < NEVER) return exact_m * exp2(2.0 * float(step_log2));
+    if (step_log2 <= 0 && exact_m.x < HUGE) return exact_m * exp2(2.0 * float(step_log2));
     ivec2 end = low + (1 << side_log2);
     vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
     float rms_m = sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));

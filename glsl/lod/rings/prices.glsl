@@ -14,14 +14,14 @@ int first_square;  // the block's first square in squares_px2[]
 
 // The least cost of a square drawn as one leaf, and its triangles. Both are 0 where there is nothing to draw.
 vec2 cheapest(int square, int side_log2, float price_, out int segments_log2) {
-    vec2 best = vec2(NEVER, 0.0);
+    vec2 best = vec2(HUGE, 0.0);
     segments_log2 = 0;
     for (int k = 0; k < SIZES; k++) {
         float e = squares_px2[SIZES * square + k];
         float triangles = is_cell_fan(side_log2, side_log2 - k) ? 4.0 : float(2 << 2 * k);
         if (e < 0.0) return vec2(0.0);
         if (price_ * triangles > best.x) break;  // even without an error, more triangles would cost more
-        float cost = e >= NEVER ? NEVER : e + price_ * (triangles + PATCH_COST);
+        float cost = e >= HUGE ? HUGE : e + price_ * (triangles + PATCH_COST);
         if (cost < best.x) {
             best = vec2(cost, triangles);
             segments_log2 = k;

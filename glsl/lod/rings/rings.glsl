@@ -12,7 +12,7 @@
 //       │       │   ├─┼─┤                        │    ├─┼─┼─┼─┼─┤    │
 //       ├───┬───┼───┴─┴─┤                        ├────┼─┴─┴─┴─┴─┼────┤
 //
-// Provides the rings, blocks and leaves of a view, leaf_at(), and the list of all leaves.
+// Provides the rings, the blocks, the words of units, and the list of all leaves.
 // Python twins: gpu.layout.RINGS, reference.rings.ring_origin
 
 #include "blocks/view.glsl"
@@ -86,24 +86,10 @@ int step_log2_of(uint word) { return int(word & 63u) - 16; }
 bool is_cell_fan(int side_log2, int step_log2) { return side_log2 == 0 && step_log2 == -1; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 
-int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // the axis along which the side runs
-bool is_far(int side) { return side == EAST || side == SOUTH; }         // the side has the square's larger coordinate
-
 ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
 // The post where a ring ends.
 ivec2 ring_end(Ring ring) { return ring.origin + ring.blocks * (BLOCK_SIDE << ring.level); }
 
-// A leaf and its place.
-struct Leaf {
-    uint word;
-    ivec2 origin;
-    int side_log2;  // log2 of its side in posts
-    int id;         // number of the unit at its north-west corner: each block has UNITS numbers
-};
-
-Leaf leaf_at(Block b, int id, uint word) {
-    return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + side_units_log2(word), id);
-}
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
 // --- A list of leaves without gaps, so that all threads of a group have work ---

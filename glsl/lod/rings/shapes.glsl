@@ -1,5 +1,6 @@
 // lod/rings/shapes.glsl — the patches of a view, from its leaves.
-// Provides the shape and the bound of each leaf, and counts of the view's mesh.   Python twin: gpu.layout.RING_SUMMARY
+// Provides Leaf, leaf_at(), the shape and the bound of each leaf, and counts of the view's mesh.
+// Python twin: gpu.layout.RING_SUMMARY
 
 #include "lod/rings/rings.glsl"
 #include "mesh/shape.glsl"
@@ -22,5 +23,20 @@ layout(std430, binding = 7) buffer Summary {
     uint s_land[2];
     uint s_offset[];    // patches of each size in each block; lod/rings/place.comp replaces each by the sum before it
 };
+
+int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // the axis along which the side runs
+bool is_far(int side) { return side == EAST || side == SOUTH; }         // the side has the square's larger coordinate
+
+// A leaf and its place.
+struct Leaf {
+    uint word;
+    ivec2 origin;
+    int side_log2;  // log2 of its side in posts
+    int id;         // number of the unit at its north-west corner: each block has UNITS numbers
+};
+
+Leaf leaf_at(Block b, int id, uint word) {
+    return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + side_units_log2(word), id);
+}
 
 #define HIDDEN 0x80000000u  // the sign bit of a leaf's bound marks the leaf as hidden

@@ -2,7 +2,7 @@
 //   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a
 //   cost of its own. Then, from the units up, four parts are joined wherever the whole square costs no more than
 //   the four parts.
-// Provides block, root_block(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(), write_units().
+// Provides block, take_block(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(), write_units().
 // Python twin: reference.rings.cut_block
 
 #include "lod/rings/leaf.glsl"
@@ -31,15 +31,6 @@ int side_log2_at(int depth) { return block.unit_log2 + 3 - depth; }
 ivec2 low_of(int depth, ivec2 at) { return block.origin + (at << side_log2_at(depth)); }
 ivec2 square_at(int depth, int i) { return ivec2(i & (1 << depth) - 1, i >> depth); }
 
-// Block number b of the rings, which are numbered ring after ring.
-Block root_block(int b) {
-    int r = 0;
-    while (r + 1 < u_rings && b >= u_ring[r + 1].first_block) r++;
-    Ring ring = u_ring[r];
-    ivec2 at = ivec2((b - ring.first_block) % ring.blocks.x, (b - ring.first_block) / ring.blocks.x);
-    return Block(ring.origin + at * (BLOCK_SIDE << ring.level), ring.level, r, NO_STEP);
-}
-
 // Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {
     if (any(greaterThanEqual(low, u_last_post)) || any(lessThanEqual(end, ivec2(0)))) return true;
@@ -65,9 +56,9 @@ void join_parts(int depth, ivec2 at) {
     int first = square_index(depth + 1, 2 * at);
     int below = first + (2 << depth);
     float parts = s_cost[first] + s_cost[first + 1] + s_cost[below] + s_cost[below + 1];
-    bool is_whole = s_cost[i] <= parts && s_cost[i] < NEVER;
+    bool is_whole = s_cost[i] <= parts && s_cost[i] < HUGE;
     if (is_whole) s_square[i] |= WHOLE;
-    else s_cost[i] = min(parts, 1e20);
+    else s_cost[i] = parts;
 }
 
 // Joins squares from the given depth up; no deeper square has parts.

@@ -3,13 +3,16 @@
 //   E(p, T) is the sum of squared errors over the square p with T segments a side. An error of one metre makes at most
 //   w pixels in the middle of the square. n is post_weight().
 //   The mean square of the sag over a cell is about half the square of its largest value.
-//   One work group handles one block, one thread handles one of its units.
+//   One work group handles one block, one thread handles one of its units.   Python twin: reference.post_weights
 
 #include "lod/rings/squares.glsl"
 #include "lod/rings/prices.glsl"
-#include "error/squares.glsl"
+#include "error/certified.glsl"
 
 layout(local_size_x = UNITS) in;
+
+// Weight of a post: width in pixels of a cell in the middle of the box, or 1. docs/allocation.md, section 2.
+float post_weight(Projection p) { return max(1.0, u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y)); }
 
 // The tables sum whole tiles, which may reach beyond the box. So the sum is scaled by the box's share of their posts.
 float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, vec2 exact_m) {
@@ -19,7 +22,7 @@ float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, vec2 exact_m) {
     float posts = float((to - from).x * (to - from).y);
     float sag = sag_m(step_log2);
     float squares;
-    if (step_log2 <= 0 && exact_m.x < NEVER) {
+    if (step_log2 <= 0 && exact_m.x < HUGE) {
         float rms_m = exact_m.y * exp2(2.0 * float(step_log2));
         squares = rms_m * rms_m * posts;
     } else {
@@ -52,7 +55,7 @@ void weigh_square(int depth, ivec2 at) {
     for (int k = 0; k < SIZES; k++) {
         int step_log2 = side_log2 - k;
         bool has_step = step_log2 <= coarsest && step_log2 >= finest;
-        float e = nothing ? -1.0 : NEVER;
+        float e = nothing ? -1.0 : HUGE;
         if (!nothing && allowed && has_step
             && is_near(low, side_log2, step_log2, depth == 3 && step_log2 == finest, exact_m, p)) {
             float sum_m2 = p.outside ? 0.0 : squares_of_box_m2(low, side_log2, step_log2, exact_m);

@@ -1,8 +1,36 @@
-// error/squares.glsl — the sum of the squared errors of the cells in any rectangle: a box of a table, in four fetches.
+// error/certified.glsl — what the tables certify of the cells in any rectangle: the largest error, and the sum of
+//   squared errors, which is a box of a table, in four fetches.
 //   Sums are exact if they fit into 64 bits. Only edits far beyond the quantisation range can make larger ones.
-// Provides squares_m2().   Python twins: reference.square_table, reference.box_sum
+// Provides largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.square_table, reference.box_sum
 
 #include "error/bound.glsl"
+#include "sat/bits.glsl"
+
+// The smallest bound of all cells of spacing 2^step_log2 in a rectangle of posts: the limit of a class, or the largest
+// error of all.
+#ifndef PAGED
+float largest_m(ivec2 low, ivec2 end, int step_log2) {
+    Table counts;
+    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
+    int sure = -1, beyond = CLASSES;  // nothing is above class `sure`; something is above class `beyond`
+    while (beyond - sure > 1) {
+        int c = (sure + beyond) / 2;
+        if (none_above(counts, tiles, c)) sure = c;
+        else beyond = c;
+    }
+    // exp2() may round differently here
+    float error_m = sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
+    return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
+}
+#else
+float largest_m(ivec2 low, ivec2 end, int step_log2) {
+    bool is_mixed;
+    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
+    if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed);
+    float error_m = largest_of_level_m(low, end, level);
+    return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
+}
+#endif
 
 layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 
