@@ -23,7 +23,7 @@ WHOLE = 2**15  # longer than any line of a map
 INT64 = "GL_ARB_gpu_shader_int64"
 LOOPS = 2**16 - 2  # iterations of a thread; llvmpipe silently ends a loop after one more iteration
 BANDS = 8  # groups of threads that share the columns on a software renderer
-FEW = 2**12  # words of a table whose columns need no kernel of their own; nor do those of 64 bits, with one layer
+SMALL = 2**12  # tables of at most so many words sum columns as they sum rows; so do those of 64 bits, with one layer
 SIDE = 8  # threads of such a group, and rows that it sums at a time: THREADS of glsl/sat/columns.comp
 GROUP = 64  # threads of a work group, as in glsl/sat
 LOW_BITS = {8: 0x7F7F7F7F, 32: 0x7FFFFFFF}  # u_low_bits of glsl/sat/word.glsl
@@ -73,7 +73,7 @@ class SummedAreaTables:
         if self._has_whole_lines:
             rows = {"first": table.first, "lines": height, "length": width, "line_step": width, "word_step": 1}
             self._run("propagate WHOLE_LINES", _words(buffer), (height, 1, table.layers), GROUP, rows)
-            if self.bits == 64 or table.words <= FEW:
+            if self.bits == 64 or table.words <= SMALL:
                 columns = {"first": table.first, "lines": width, "length": height, "line_step": 1, "word_step": width}
                 self._run("propagate WHOLE_LINES", _words(buffer), (width, 1, table.layers), GROUP, columns)
             else:

@@ -41,7 +41,7 @@ from .surface import MeshBuffers
 
 AGREEING = 2  # rounds of `agree` that run at once; only then Python checks whether leaves are still queued
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
-PRICED = ("budget", "mean")  # a price decides, and no tolerance
+PRICED = ("budget", "mean")  # a price decides, not a tolerance
 SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
 _UNITS = BLOCK_SIDE * BLOCK_SIDE
 _ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that differ between metrics and budgets
@@ -117,11 +117,11 @@ class RingsSelector(PatchSurface):
             return rings_in_picture(rings, *view) if goal.cull else rings
 
         has_mean = goal.metric == "rms" and not triangles and goal.tolerance_px > 0
-        if has_mean and (mesh := self._mean(rings(), goal)):
+        if has_mean and (mesh := self._within_mean(rings(), goal)):
             return mesh
         if not triangles:
             self._variant = "search" if searched else "max"
-            return self._keep(rings(across_for(searched)) if searched else rings())
+            return self._within_tolerance(rings(across_for(searched)) if searched else rings())
         self._variant = "budget"
         for left_out in range(self.terrain.coarsest_ring):  # all rings together may need more triangles than allowed
             selection = self._spend(rings(across_for(triangles), left_out), triangles)
@@ -141,9 +141,9 @@ class RingsSelector(PatchSurface):
         self._variant = METRES
         self._hiding = NO_HIDING
         last_post = heightmap.cols - 1, heightmap.rows - 1
-        return self._keep(ring_over(last_post, heightmap.spacing_m, self.terrain.coarsest_ring))
+        return self._within_tolerance(ring_over(last_post, heightmap.spacing_m, self.terrain.coarsest_ring))
 
-    def _keep(self, rings: list[Ring]) -> Selection:
+    def _within_tolerance(self, rings: list[Ring]) -> Selection:
         """Choose patches for the tolerance."""
 
         def decide() -> None:
@@ -163,7 +163,7 @@ class RingsSelector(PatchSurface):
         self._weigh(rings)
         return budget.smallest(triangles, mesh_at, lambda mesh: mesh.triangles, budget.PRICE, 0.0)
 
-    def _mean(self, rings: list[Ring], goal: Goal) -> Selection | None:
+    def _within_mean(self, rings: list[Ring], goal: Goal) -> Selection | None:
         """Choose patches for a mean over the picture. None if the tables prove none; then each patch must keep it."""
         hiding = self._hiding
         tolerance_px = float(goal.settings["tolerance_px"])
@@ -171,7 +171,9 @@ class RingsSelector(PatchSurface):
         def mesh_at(x: float) -> Selection:
             self._hiding = hiding  # the mesh tried before may have had to show hidden land
             mesh, summary = self._at_price(rings, tolerance_px**2 * 2.0**-x)
-            return replace(mesh, certified_px=tolerance_px * _mean(summary), farthest_px=mesh.certified_px)
+            return replace(
+                mesh, certified_px=tolerance_px * _mean_in_tolerances(summary), farthest_px=mesh.certified_px
+            )
 
         self._variant = "mean"
         self._weigh(rings)
@@ -267,32 +269,32 @@ class RingsSelector(PatchSurface):
         drawn = {"Patches": mesh.patches, "Draws": mesh.commands}
         most_draws = mesh.commands.size // gl.COMMAND_STRIDE
         most_patches = mesh.patches.size // layout.PATCH.itemsize
-        over = 0
+        agreed = 0
         has_agreed = False
         while True:
             if not has_agreed:
-                over = self._agree(over)
+                agreed = self._agree(agreed)
             self._buffers["summary"].write(self._nothing)
-            self._run("count", _work("leaves"), agreed=over, **self._hiding.uniforms)
-            self._run("place", into=drawn, agreed=over, most_draws=most_draws)
-            self._run("emit", _work("all"), into=drawn, agreed=over, most_patches=most_patches)
+            self._run("count", _work("leaves"), agreed=agreed, **self._hiding.uniforms)
+            self._run("place", into=drawn, agreed=agreed, most_draws=most_draws)
+            self._run("emit", _work("all"), into=drawn, agreed=agreed, most_patches=most_patches)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             has_agreed = not summary["unagreed"]
             if float(summary["worst_px"]) > self._hiding.farthest_px > 0:
                 self._hiding = NO_HIDING  # the horizon is only right for smaller errors: run again without it
             elif has_agreed:
-                self._last_stamp = self._last_stamp + over
+                self._last_stamp = self._last_stamp + agreed
                 return summary
 
-    def _agree(self, over: int) -> int:
-        """Run further rounds of `agree`, from round `over` on; returns how many are done."""
-        if over:
-            for r in range(over - AGREEING, over):  # later rounds use the queues of past rounds again
+    def _agree(self, agreed: int) -> int:
+        """Run further rounds of `agree` after the first `agreed`; returns how many are done."""
+        if agreed:
+            for r in range(agreed - AGREEING, agreed):  # later rounds use the queues of past rounds again
                 self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
-        for r in range(over, over + AGREEING):
+        for r in range(agreed, agreed + AGREEING):
             self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, priced=self._variant in PRICED)
-        return over + AGREEING
+        return agreed + AGREEING
 
     @property
     def of_passes(self) -> Resources:
@@ -366,7 +368,7 @@ def _certified_px(mesh: Selection) -> float:
     return math.inf if mesh.certified_px is None else mesh.certified_px
 
 
-def _mean(summary: np.void) -> float:
+def _mean_in_tolerances(summary: np.void) -> float:
     """The bound of the root mean square over the drawn land, in tolerances: `reference.rings.mean_px`."""
     squares, land = int(summary["squares"]) / 64, int(summary["land"])
     return math.sqrt(squares / land) if land else math.inf
