@@ -37,7 +37,7 @@ def case(folder, request):
 
 def printed(case):
     """The lines that the program prints."""
-    alone = {name: value for name, value in os.environ.items() if name != "CI"}  # with it, pytest prints a failure twice
+    alone = {name: value for name, value in os.environ.items() if name != "CI"}  # with CI, pytest prints failures twice
     done = subprocess.run([sys.executable, "try.py"], capture_output=True, text=True, timeout=280, env=alone)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
