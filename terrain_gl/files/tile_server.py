@@ -1,6 +1,6 @@
 """A page that shows a folder of tiles, served to this machine alone.
 
-The page is `html/tiles.html`. It draws with 3d-tiles-renderer and three.js: `.ci/three` makes `html/tiles.min.js`.
+The page is `html/tiles.html`. It draws with three.js, as `html/land.html` does, and 3d-tiles-renderer (`.ci/three`).
 """
 
 import html
@@ -33,6 +33,11 @@ class _Tiles(SimpleHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(self.page)
 
+    def end_headers(self) -> None:
+        """A browser must not show the tiles of another folder that was served at this port."""
+        self.send_header("Cache-Control", "no-store")
+        super().end_headers()
+
     def log_message(self, *_: object) -> None:
         """Print nothing."""
 
@@ -41,7 +46,8 @@ def serve(folder: Path, port: int, ready: Callable[[str], None]) -> None:
     """Serve the page of a tile set until Ctrl-C. `ready` gets its address; with port 0 the system chooses one."""
     parts = files(__package__) / "html"
     page = (parts / "tiles.html").read_text("utf-8").replace("{title}", html.escape(folder.name))
-    page = page.replace("{library}", (parts / "tiles.min.js").read_text("utf-8"))
+    library = [(parts / f"{name}.min.js").read_text("utf-8") for name in ("three", "tiles")]
+    page = page.replace("{library}", "".join(library))
     answers = partial(_Tiles, page=page.encode(), directory=str(folder))
     try:
         server = ThreadingHTTPServer((HOST, port), answers)
