@@ -187,6 +187,48 @@ def test_a_t_junction_and_its_crack():
     assert (seams.t_junctions, seams.largest_crack_m, seams.gaps) == (0, 0.0, 0.0)
 
 
+def junctions(posts, edges):
+    """The vertices inside edges that do not have them, all edges with all vertices."""
+    a, b = posts[edges].swapaxes(0, 1)[:, :, None]
+    along, away = b - a, posts - a
+    square = (along**2).sum(-1)
+    t = (along * away).sum(-1) / square
+    off = np.abs(along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0]) / np.sqrt(square)
+    return set(np.flatnonzero(((off < 1e-6) & (t > 1e-6) & (t < 1 - 1e-6)).any(0)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_all_t_junctions_are_found(seed):
+    """Loose triangles on a lattice: many edges meet vertices of others, at any slope, some beyond the map."""
+    rng = np.random.default_rng(seed)
+    step = [1, 0.5, 3, 0.125][seed % 4]
+    posts = rng.integers(0, 12 / step, (90, 2)) * step
+    shape = (13, 13)
+    a, b, c = posts.reshape(30, 3, 2).swapaxes(0, 1)
+    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    faces = np.arange(90).reshape(30, 3)[turn != 0]
+    found = find_seams(posts, np.zeros(90), faces, shape)
+    edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    on_rim = ((posts[edges] == 0).all(1) | (posts[edges] == 12).all(1)).any(1)
+    edges = edges[~on_rim]
+    used = np.unique(edges)
+    number = np.searchsorted(used, edges)
+    assert found.t_junctions == len(junctions(posts[used], number))
+    assert found.t_junctions > 0 or step == 0.125
+    far = find_seams(posts + [1e9, 0], np.zeros(90), faces, shape)
+    assert far.t_junctions == 0
+
+
+def test_unshared_vertices_are_shared_first():
+    """As in a file of STL. Without that, all edges would be open, and each would be compared with many vertices."""
+    heightmap = tg.Heightmap(rough(33, 41), SPACING_M)
+    places, faces = grid()
+    places[:, 2] = heightmap.heights[::4, ::4].reshape(-1)
+    whole = check((places, faces), heightmap)
+    loose = check((places[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)), heightmap)
+    assert loose.seams == whole.seams and loose.record(heightmap) == whole.record(heightmap)
+
+
 def test_slivers_count_by_their_edges():
     """A triangle 1e-9 cells wide that rises by 5 m across: its plane is as steep as 5e9, but its area is nothing."""
     heights = rough(17, 17)

@@ -118,3 +118,82 @@ def test_tile_sets_that_cannot_be_read_get_one_line(dem, run, folder):
     for root in ({"implicitTiling": {}}, {"content": {"uri": "../x.glb"}}, {"content": {"uri": "x.glb"}}, []):
         (folder / "tiles" / "tileset.json").write_text(json.dumps({"root": root}))
         refused(run("check", "tiles", "--map", dem), 1)
+
+
+def in_system(crs, heights, step=1):
+    """The map's every `step`-th post in a coordinate system, by pyproj, and the faces between them."""
+    y, x = np.mgrid[0:N:step, 0:N:step]
+    at = 500000 + (x + 0.5) * SPACING_M, 5000000 - (y + 0.5) * SPACING_M, heights[::step, ::step].astype(float)
+    to_lonlat = pyproj.Transformer.from_crs("EPSG:32633", "EPSG:4979", always_xy=True)
+    at = pyproj.Transformer.from_crs("EPSG:4979", crs, always_xy=True).transform(*to_lonlat.transform(*at))
+    number = np.arange(x.size).reshape(x.shape)
+    nw, ne, sw, se = (number[i : i - 1 or None, j : j - 1 or None].ravel() for i in (0, 1) for j in (0, 1))
+    return np.stack(at, -1).reshape(-1, 3), np.concatenate([np.stack([nw, sw, se], -1), np.stack([nw, se, ne], -1)])
+
+
+def write_obj(name, places, faces):
+    lines = ["v {:.12f} {:.12f} {:.12f}".format(*place) for place in places]
+    lines += ["f {} {} {}".format(*(face + 1)) for face in faces]
+    with open(name, "w") as file:
+        file.write("\n".join(lines))
+
+
+@pytest.mark.parametrize("crs", ["EPSG:32633", "EPSG:3035", "EPSG:32632", "EPSG:4978"])
+def test_a_mesh_in_any_system_is_placed_by_pyproj(dem, run, folder, crs):
+    """Every post is a vertex, half a metre too high; one is 7 m too high, and is found."""
+    heights = rough(N, N)
+    raised = heights.astype(float) + 0.5
+    raised[20, 30] += 6.5
+    places, faces = in_system(crs, raised)
+    origin = np.floor(places.mean(0))
+    write_obj("m.obj", places - origin, faces)
+    words = "check", "m.obj", "--map", dem, "--origin", ",".join(map(str, origin))
+    status, out, err = run(*words, "--crs", crs, "--json", "-")
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert found["max_error_posts_m"] == pytest.approx(7, abs=1e-3)
+    assert found["place_m"] == pytest.approx([30 * SPACING_M, (N - 1 - 20) * SPACING_M], abs=1e-3)
+    assert found["covered"] == pytest.approx(1, abs=1e-4) and found["flipped"] == found["t_junctions"] == 0
+    refused(run(*words), 1, "beside the map", "--crs")
+    refused(run(*words, "--crs", "EPSG:32650"), 1, "m")
+
+
+def test_between_its_vertices_a_mesh_is_flat_in_its_own_system(run, folder, monkeypatch):
+    """Two triangles over 300 km of sea: in metres from the Earth's middle, they are 3.5 km too low in between."""
+    monkeypatch.setattr("test_tilesets.SPACING_M", 3300.0)
+    sea = np.zeros((N, N), "f4")
+    write_raster("sea.tif", sea, spaced(3300))
+    for crs, expected in (("EPSG:4978", (64 * 3300) ** 2 * 2 / 4 / 2 / 6.37e6), ("EPSG:32633", 0.0)):
+        write_obj("m.obj", *in_system(crs, sea, N - 1))
+        found = json.loads(run("check", "m.obj", "--map", "sea.tif", "--crs", crs, "--json", "-")[1])
+        assert found["max_error_posts_m"] == pytest.approx(expected, rel=0.05, abs=1e-6)
+    assert found["triangles"] == 2
+
+
+def test_tiles_in_another_system(dem, run, folder):
+    heights = rough(N, N)
+    places, faces = in_system("EPSG:3035", heights + 0.5)
+    middle = np.floor(places.mean(0))
+    x, y, z = (places - middle - [100, 0, 0]).T  # the node of `gltf` moves by 100 to the east
+    (folder / "tiles").mkdir()
+    (folder / "tiles" / "a.glb").write_bytes(gltf(np.stack([x, z, -y], -1).astype("<f4"), faces, {}))
+    matrix = np.eye(4)
+    matrix[:3, 3] = middle
+    root = {"geometricError": 0.51, "content": {"uri": "a.glb"}, "transform": matrix.T.ravel().tolist()}
+    (folder / "tiles" / "tileset.json").write_text(json.dumps({"root": root}))
+    words = "check", "tiles", "--map", dem, "--json", "-"
+    status, out, _ = run(*words, "--crs", "EPSG:3035")
+    found = json.loads(out)["tiles"][0]
+    assert status == 0 and found["posts_m"] == pytest.approx(0.5, abs=5e-3) and found["posts"] >= (N - 2) ** 2
+    refused(run(*words), 1, "no tile lies on")
+    refused(run(*words, "--crs", "EPSG:3035", "--origin", "1,2,3"), 2, "not for a tile set")
+
+
+def test_systems_that_cannot_be_used_get_one_line(dem, run, folder):
+    write_obj("m.obj", *in_system("EPSG:32633", rough(N, N)))
+    np.save("flat.npy", rough(N, N))
+    refused(run("check", "m.obj", "--map", dem, "--crs", "EPSG:4326"), 1, "in degrees")
+    refused(run("check", "m.obj", "--map", dem, "--crs", "EPSG:1"), 1, "no coordinate system that PROJ knows")
+    refused(run("check", "m.obj", "--map", "flat.npy", "--crs", "EPSG:32633"), 1, "does not say where it lies")
+    refused(run("check", "m.obj", "--map", dem, "--crs", "ESRI:104903"), 1)
+    refused(run("check", "m.obj", "--map", dem, "--crs", "IAU_2015:30110"), 1, "another planet")

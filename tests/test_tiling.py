@@ -1,6 +1,11 @@
 """`tiles`: no tile declares less than its error, rims are closed or covered, and a build continues."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +18,7 @@ import terrain_gl as tg
 from terrain_gl.files import tiling
 from terrain_gl.files.tile_system import TileSystem
 from terrain_gl.files.tilesets import _tiles
+from terrain_gl.image import read_image
 from terrain_gl.store import StoredMap, build
 
 pyproj = pytest.importorskip("pyproj")
@@ -161,7 +167,7 @@ def test_voids_are_cut_out(run, folder):
     make(run, "voids", "--local")
     heights = holes().astype("f4")
     void = np.isnan(heights)
-    system = TileSystem(tg.Heightmap(heights, 90.0), is_local=True)
+    system = TileSystem(tg.Heightmap(heights, 90.0), None)
     land = ~(void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1])
     area = 0.0
     for file, _, places, faces in _tiles(Path("t/tileset.json"), np.eye(4)):
@@ -179,15 +185,15 @@ def test_an_interrupted_build_continues(run, folder, monkeypatch):
     dem, _, _ = make(run, "projected")
     made, real = [], tiling.Tiling.make
 
-    def failing(self, key):
+    def failing(self, key, picture):
         if len(made) == 9:
             raise KeyboardInterrupt
         made.append(key)
-        return real(self, key)
+        return real(self, key, picture)
 
     monkeypatch.setattr(tiling.Tiling, "make", failing)
     assert run("tiles", dem, "-o", "u")[0] == 130 and not Path("u").exists()
-    monkeypatch.setattr(tiling.Tiling, "make", lambda self, key: made.append(key) or real(self, key))
+    monkeypatch.setattr(tiling.Tiling, "make", lambda self, key, picture: made.append(key) or real(self, key, picture))
     assert run("tiles", dem, "-o", "u")[0] == 0 and len(made) == len(set(made)) == 21
     files = {path.name: path.read_bytes() for path in Path("t").iterdir()}
     assert files == {path.name: path.read_bytes() for path in Path("u").iterdir()}
@@ -200,7 +206,9 @@ def test_other_options_begin_anew(run, folder, monkeypatch):
     made = []
     monkeypatch.setattr(tiling, "_tree", lambda *_: 1 / 0)
     for error in (1, 1, 2):
-        monkeypatch.setattr(tiling.Tiling, "make", lambda self, key: made.append(key) or real(self, key))
+        monkeypatch.setattr(
+            tiling.Tiling, "make", lambda self, key, picture: made.append(key) or real(self, key, picture)
+        )
         with pytest.raises(ZeroDivisionError):
             run("tiles", dem, "-o", "t", "--max-error-m", error)
     assert len(made) == 2 * 21
@@ -237,3 +245,88 @@ def test_what_cannot_be_tiled_gets_one_line(run, folder, monkeypatch):
     status, _, err = run("tiles", moon, "-o", "t")
     assert status == 1 and "another planet" in err and "--local" in err
     assert run("tiles", moon, "-o", "t", "--local")[0] == 0
+
+
+def files_of(folder):
+    return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+
+
+def writing(*words):
+    """A process that writes tiles, in a session of its own."""
+    command = [sys.executable, "-m", "terrain_gl", "tiles", *words, "-o", "u", "--workers", "2"]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+
+
+@pytest.mark.slow
+def test_workers_write_the_same_bytes_though_all_are_killed(run, folder, monkeypatch):
+    monkeypatch.setattr(tiling, "SIDE", 256)  # as in workers
+    dem = write_map("many", rough(600, 520, 2, 300), UTM)
+    assert run("tiles", dem, "-o", "t", "--texture", 200)[0] == 0 and len(files_of("t")) == 9 + 4 + 1 + 1
+    process = writing(dem, "--texture", "200")
+    while process.poll() is None and len(list(Path().glob(".u.partial/*.glb"))) < 3:
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not Path("u").exists()
+    written = {path: path.stat().st_mtime_ns for path in Path(".u.partial").glob("*.glb")}
+    assert 3 <= len(written) < 14
+    process = writing(dem, "--texture", "200")
+    assert process.communicate(timeout=200)[1] == "" and process.returncode == 0
+    assert files_of("u") == files_of("t")
+    same = [path for path, ns in written.items() if (Path("u") / path.name).stat().st_mtime_ns == ns]
+    assert len(same) >= len(written) - 1  # a tile whose record was not written is made again
+
+
+@pytest.mark.slow
+def test_a_cluster_writes_the_same_bytes(run, folder, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(tiling, "SIDE", 256)
+    dem = write_map("many", rough(300, 300, 2, 300), UTM)
+    assert run("tiles", dem, "-o", "t")[0] == 0
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        assert run("tiles", dem, "-o", "u", "--scheduler", cluster.scheduler_address)[0] == 0
+    assert files_of("u") == files_of("t")
+
+
+def glb_parts(path):
+    """The JSON of a .glb, its vertices' attributes, and its picture."""
+    data = Path(path).read_bytes()
+    size = int.from_bytes(data[12:16], "little")
+    head, body = json.loads(data[20 : 20 + size]), data[28 + size :]
+    views = [body[v["byteOffset"] : v["byteOffset"] + v["byteLength"]] for v in head["bufferViews"]]
+    places, _, at = (np.frombuffer(view, "<f4").reshape(-1, n) for view, n in zip(views, (3, 3, 2), strict=False))
+    Path("picture.jpg").write_bytes(views[-1])
+    return places, at, read_image("picture.jpg")
+
+
+def test_a_texture_lies_where_the_look_from_above_has_it(run, folder):
+    """At the vertices of all tiles, the colours of the tile's picture are those of the picture of the whole map."""
+    heights = MAPS["projected"][0]
+    dem = write_map("projected", heights, UTM)
+    look = "--texture", 260, "--look", "tint"
+    assert run("tiles", dem, "-o", "t", "--local", *look)[0] == 0
+    assert run("mesh", dem, "-o", "m.ply", *look)[0] == 0
+    whole = read_image("m.png").astype(float)
+    for path in Path("t").glob("*.glb"):
+        places, at, picture = glb_parts(path)
+        assert at.min() >= 0 and at.max() <= 1
+        tile = json.loads(Path("t/tileset.json").read_text())["root"]
+        matrix = np.eye(4)
+        waiting = [(tile, matrix)]
+        while waiting:
+            tile, above = waiting.pop()
+            world = above @ np.array(tile["transform"]).reshape(4, 4).T
+            waiting += [(child, world) for child in tile.get("children", [])]
+            if tile["content"]["uri"] == path.name:
+                east, _, south = places.T
+                placed = np.stack([east, -south, places[:, 1]], -1) @ world[:3, :3].T + world[:3, 3]
+        on_whole = np.stack([placed[:, 0] / 90 + 0.5, 65 - placed[:, 1] / 90 - 0.5], -1) / 65
+        x, y = np.minimum((at * picture.shape[1::-1]).astype(int), np.array(picture.shape[1::-1]) - 1).T
+        i, j = np.minimum((on_whole * 260).astype(int), 259).T
+        assert np.abs(picture[y, x] - whole[j, i]).mean() < 6, path
+    assert (Path("t") / "2-0-0.glb").stat().st_size > (Path("t") / "0-0-0.glb").stat().st_size
+    before = files_of("t")
+    assert run("tiles", dem, "-o", "p", "--local")[0] == 0
+    assert json.loads(before["tileset.json"]) == json.loads(files_of("p")["tileset.json"])  # no error depends on it

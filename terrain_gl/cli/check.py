@@ -31,6 +31,7 @@ class CheckOptions:
     mesh: str
     unit: float
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    crs: str | None = None
     fail_above: float | None = None
     path: str | None = None
     json: str | None = None
@@ -57,6 +58,8 @@ def add(commands: options.Commands) -> None:
     command.add_argument("--origin", type=values.point, metavar="X,Y,Z", default=(0.0, 0.0, 0.0), help=what)
     what = "metres of the mesh's unit (default: 1)"
     command.add_argument("--unit", type=values.positive, metavar="M", default=1.0, help=what)
+    what = "the coordinate system of these numbers, or of tiles, such as EPSG:32632; extra [geo]"
+    command.add_argument("--crs", metavar="CRS", help=what)
     what = "exit with 1 if the error at posts is larger"
     command.add_argument("--fail-above", type=values.positive, metavar="M", help=what)
     what = "picture of the errors at posts, black 0 to white the largest"
@@ -76,7 +79,7 @@ def run(asked: CheckOptions) -> int:
     if asked.camera.is_placed:
         seen = heightmap.coarse()
         camera = camera_of(asked.camera, heightmap, standard_view(seen, asked.camera.view or "default"))
-    found = check(asked.mesh, heightmap, camera, asked.camera.size, asked.origin, asked.unit)
+    found = check(asked.mesh, heightmap, camera, asked.camera.size, asked.origin, asked.unit, asked.crs)
     if asked.path:
         write_image(asked.path, picture(found.error.of_posts))
     about = {"mesh": asked.mesh, "map": heightmap.name} | found.record(heightmap)
@@ -92,9 +95,10 @@ def run(asked: CheckOptions) -> int:
 
 def _check_tiles(asked: CheckOptions, heightmap: Heightmap) -> int:
     """Compare the declared errors of a tile set with the measured ones; exit status 1 if a tile declares too little."""
-    if asked.path or asked.fail_above or asked.camera.is_placed:
-        raise UsageError("--output, --fail-above and the camera are for a mesh, not for a tile set: leave them out")
-    tiles = [tile for tile in check_tiles(asked.mesh, heightmap) if tile.posts]
+    if asked.path or asked.fail_above or asked.camera.is_placed or any(asked.origin) or asked.unit != 1:
+        names = "--output, --fail-above, --origin, --unit and the camera"
+        raise UsageError(f"{names} are for a mesh, not for a tile set: leave them out")
+    tiles = [tile for tile in check_tiles(asked.mesh, heightmap, asked.crs) if tile.posts]
     if not tiles:
         raise TerrainError(f"{report.shown(asked.mesh)}: no tile lies on {report.shown(heightmap.name)}")
     lying = [tile for tile in tiles if tile.lies]

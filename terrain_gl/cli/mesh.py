@@ -78,8 +78,7 @@ def add(commands: options.Commands) -> None:
     command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
     what = "certify it between posts, too, by more triangles"
     command.add_argument("--between", action="store_true", help=what)
-    what = f"the look from above, N pixels long (default: {LONGEST_PX})"
-    command.add_argument("--texture", type=values.count, metavar="N", nargs="?", const=LONGEST_PX, help=what)
+    add_texture(command)
     what = "share vertices (default), or three for each triangle"
     command.add_argument("--weld", action=argparse.BooleanOptionalAction, default=True, help=what)
     what = f".stl: longer side in millimetres (default: {PRINT_MM:g})"
@@ -91,6 +90,12 @@ def add(commands: options.Commands) -> None:
     options.add_rendering(command)
     command.set_defaults(method=None)
     options.describe(command, max_error_px="screen error: the mesh of a view")
+
+
+def add_texture(command: options.Options) -> None:
+    """Add the option for a picture of the map on the triangles."""
+    what = f"the look from above, N pixels long (default: {LONGEST_PX})"
+    command.add_argument("--texture", type=values.count, metavar="N", nargs="?", const=LONGEST_PX, help=what)
 
 
 def run(asked: MeshOptions) -> int:
@@ -231,6 +236,10 @@ def _of_map(renderer: Renderer, asked: MeshOptions) -> tuple[np.ndarray, np.ndar
 
 
 def _texture(renderer: Renderer, asked: MeshOptions, scene: CommandScene) -> bytes:
+    return file_bytes(from_above(renderer, scene, asked.texture_px or LONGEST_PX), ".jpg" if asked.is_page else ".png")
+
+
+def from_above(renderer: Renderer, scene: CommandScene, longest_px: int) -> np.ndarray:
+    """The look of the map from straight above."""
     own = ("camera", "method", "max_error_px", "triangles", "parameters", "metric", "cull", "near_m")
-    look = {key: value for key, value in scene.view().items() if key not in own}
-    return file_bytes(plan(renderer, asked.texture_px or LONGEST_PX, **look), ".jpg" if asked.is_page else ".png")
+    return plan(renderer, longest_px, **{key: value for key, value in scene.view().items() if key not in own})

@@ -1,28 +1,34 @@
 """`terrain-gl tiles`: 3D Tiles of a map, which declare the errors that they have."""
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from ..files.maps import files_read
 from ..files.tile_server import serve
 from ..files.tiling import Tiling, write_tiles
 from . import options, report, stores, values
-from .records import MapOptions
+from .mesh import add_texture, from_above
+from .records import DrawOptions, StoreOptions
+from .scene import make_renderer, open_scene
 
 _PORT = 8000
+_DRAWN = StoreOptions(gpu_memory=512, memory=512)  # of a store, while its picture is drawn
 _RELIEF_SHARE = 1e-3  # default error of the finest tiles, as a part of the map's relief
 
 
 @dataclass(frozen=True)
-class TilesOptions:
+class TilesOptions(DrawOptions):
     """What `tiles` was told."""
 
-    map: MapOptions
-    path: str
+    texture: int | None = None
+    workers: int = 1
+    scheduler: str | None = None
     max_error_m: float | None = None
     local: bool = False
     serve: int | None = None
-    json: str | None = None
 
 
 def add(commands: options.Commands) -> None:
@@ -46,22 +52,28 @@ def add(commands: options.Commands) -> None:
     command.add_argument("--local", action="store_true", help=what)
     what = f"then show them in a browser, at a port of this machine (default: {_PORT}); a finished folder at once"
     command.add_argument("--serve", type=values.count, metavar="PORT", nargs="?", const=_PORT, help=what)
+    options.add_workers(command)
+    add_texture(command)
+    options.add_look(command)
+    options.add_backend(command)
     options.add_json(command)
 
 
 def run(asked: TilesOptions) -> int:
     """Run the command."""
-    if asked.serve is None or not (Path(asked.path) / "tileset.json").is_file():
+    folder = Path(asked.output.path)
+    if asked.serve is None or not (folder / "tileset.json").is_file():
         _write(asked)
     if asked.serve is not None:
-        serve(Path(asked.path), asked.serve, lambda address: report.note(f"{address} shows the tiles; Ctrl-C ends"))
+        serve(folder, asked.serve, lambda address: report.note(f"{address} shows the tiles; Ctrl-C ends"))
     return 0
 
 
 def _write(asked: TilesOptions) -> None:
     """Make the tiles."""
-    report.check_writable(asked.json)
-    report.refuse_inputs((asked.path, asked.json), files_read(asked.map.name))
+    path, told = asked.output.path, asked.output.json
+    report.check_writable(told)
+    report.refuse_inputs((path, told), [*files_read(asked.map.name), *asked.files])
     heightmap = stores.open_posts(asked.map)
     place = heightmap.place
     is_local = asked.local or place is None or place.crs is None
@@ -71,11 +83,21 @@ def _write(asked: TilesOptions) -> None:
             "south-western post (--local); gdal_translate -a_srs -a_ullr gives it a place"
         )
     low_m, high_m = heightmap.range_m
-    tiling = Tiling(heightmap, asked.max_error_m or max(_RELIEF_SHARE * (high_m - low_m), 1e-6), is_local)
+    name, reading, spacing_m = asked.map.source
+    source = os.path.abspath(name) if os.path.exists(name) else name, reading, spacing_m
+    tiling = Tiling(heightmap, asked.max_error_m or max(_RELIEF_SHARE * (high_m - low_m), 1e-6), is_local, source)
+    picture = _picture(asked, asked.texture) if asked.texture else None
     with report.progress_bar("tiling") as progress:
-        about = write_tiles(tiling, asked.path, progress)
-    report.write_json(asked.json, about)
+        about = write_tiles(tiling, path, progress, picture, asked.workers, asked.scheduler)
+    report.write_json(told, about)
     errors = about["max_error_m"]
     text = f"{about['tiles']:,} tiles on {about['levels']} levels, {about['triangles']:,} triangles"
     text += f", within {errors['finest']:.3g} m (finest) to {errors['coarsest']:.3g} m (coarsest)"
-    report.say(asked.json, f"{report.shown(asked.path)}: {text}")
+    report.say(told, f"{report.shown(path)}: {text}")
+
+
+def _picture(asked: TilesOptions, longest_px: int) -> np.ndarray:
+    """The map from above, as `mesh --texture` shows it."""
+    scene = open_scene(replace(asked, output=replace(asked.output, path="", json=None), store=_DRAWN))
+    with make_renderer(scene, asked, lit=True) as renderer, stores.loading(renderer):
+        return from_above(renderer, scene, longest_px)

@@ -15,7 +15,9 @@ from ..gpu.layout import PLACES
 from ..heightmap import Heightmap, bilinear
 from ..verify.check import Measure, MeshError, check_mesh
 from ..verify.seams import Seams, find_seams, is_closed
-from .mesh_readers import read_mesh
+from .mesh_readers import read_mesh, welded
+from .tile_system import TileSystem
+from .tilesets import divided
 
 _BLOCK = 64  # cells along a side of the parts of the map that are looked at more closely
 _LARGE_PX = 1.0  # a cell of this width in the picture, at least, is large
@@ -64,6 +66,7 @@ def check(
     size: tuple[int, int] = (1280, 720),
     origin: tuple[float, ...] = (0.0, 0.0, 0.0),
     unit_m: float = 1.0,
+    crs: str | None = None,
 ) -> Checked:
     """Compare a mesh with a heightmap, exactly: its largest and root mean square error, and where it is torn.
 
@@ -77,6 +80,9 @@ def check(
         With a camera, errors are also measured in pixels in its picture of `size`.
     origin, unit_m
         World metres = origin + unit_m · the mesh's numbers.
+    crs
+        With it, these are coordinates of this system, such as EPSG:32632, or EPSG:4978 with x, y, z from the Earth's
+        middle, not world metres. Triangles are flat there.
 
     Returns
     -------
@@ -90,24 +96,34 @@ def check(
     """
     if is_too_large(heightmap.rows, heightmap.cols):
         raise UsageError(f"{heightmap.name}: has too many posts to be checked in memory")
-    places, faces = mesh if isinstance(mesh, tuple) else read_mesh(mesh)
-    places = np.asarray(places, np.float64) * unit_m + np.resize([*origin, 0.0], 3)
-    posts = np.stack([places[:, 0], -places[:, 1]], -1) / heightmap.spacing_m + [0, heightmap.rows - 1]
+    places, faces = welded(*mesh) if isinstance(mesh, tuple) else read_mesh(mesh)
+    places = places * unit_m + np.resize([*origin, 0.0], 3)
+    system = TileSystem(heightmap, crs)
+    posts, tops_m = system.to_map(places)
+    if not np.isfinite(posts).all():
+        raise TerrainError(f"{heightmap.name}: places of the mesh have no coordinates in the map's system")
     a, b, c = np.moveaxis(posts[faces], 1, 0)
     turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]  # rows count to the south
     is_solid = (turn > 0).any() and is_closed(faces, len(posts))  # then its top is the land
     used = faces[turn < 0 if is_solid else turn != 0]
-    seams = find_seams(posts, places[:, 2], used, (heightmap.rows, heightmap.cols))
+    seams = find_seams(posts, tops_m, used, (heightmap.rows, heightmap.cols))
     heights = heightmap.part(slice(0, heightmap.rows), slice(0, heightmap.cols))
-    error = check_mesh(heights, posts, places[:, 2], used)
+    error = check_mesh(heights, posts, tops_m, used)
+    if not system.is_local:  # between vertices, a triangle is flat in its own system
+        longest_m = np.linalg.norm(np.ptp(places[used], 1), axis=1).max()
+        corners = divided(system, places[used], max(error.posts, system.sag_m(longest_m)))
+        posts, tops_m = system.to_map(corners.reshape(-1, 3))
+        used = np.arange(len(posts)).reshape(-1, 3)
+        error = check_mesh(heights, posts, tops_m, used)
     if not error.posts_covered and not error.covered:
-        raise TerrainError(f"{heightmap.name}: the mesh lies beside the map: give its place with --origin, or --unit")
+        told = "give its place with --origin, --unit or --crs"
+        raise TerrainError(f"{heightmap.name}: the mesh lies beside the map: {told}")
     in_px = None
     if camera:
         seen = replace(camera, bend_per_m=heightmap.bend_per_m("auto", 0.0))
         measure = _pixels(seen, heightmap, size)
-        in_px = check_mesh(heights, posts, places[:, 2], used, measure)
-        for found in _inside_cells(heights, posts, places[:, 2], used, heightmap, seen, size, measure):
+        in_px = check_mesh(heights, posts, tops_m, used, measure)
+        for found in _inside_cells(heights, posts, tops_m, used, heightmap, seen, size, measure):
             if found.surface > in_px.surface:
                 in_px = replace(in_px, surface=found.surface, place=found.place)
     return Checked(error, seams, len(faces), 0 if is_solid else int((turn > 0).sum()), int((turn == 0).sum()), in_px)

@@ -8,7 +8,7 @@ holds a solid in millimetres above its base, for a 3D printer.
 
 import json
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -24,6 +24,8 @@ CHUNK = 1 << 17  # vertices or faces that are converted to bytes at a time
 GLB_LIMIT = 2**32 - 1
 PRINT_MM = 150.0  # longer side of a solid
 BASE = 0.02  # thickness of a solid under its lowest place, as a part of its longer side
+_ZERO = np.zeros(3)
+_VERTICES, _FACES = 34962, 34963  # targets of a glTF's buffer views
 _FACE = np.dtype([("n", "u1"), ("vertices", "<u4", 3)])
 _VERTEX = np.dtype([("place", "<f8", 3), ("normal", "<f4", 3), ("texture", "<f4", 2)])
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
@@ -186,15 +188,20 @@ def material(name: str) -> bytes:
 
 def _glb(mesh: Mesh, name: str) -> Iterator[bytes]:
     """Binary glTF 2.0 (Khronos 2021): y up, so that a world place (x, y, z) is stored as (x, z, -y)."""
-    picture = (mesh.texture or b"") + b"\0" * (-len(mesh.texture or b"") % 4)
-    yield _glb_header(mesh, len(picture))
+    east, north = mesh.spacing_m
+    corners = [_lattice(mesh, part) for part in _parts(len(mesh.posts))]
+    box = [np.min([c.min(0) for c in corners], 0), np.max([c.max(0) for c in corners], 0)] if corners else [_ZERO] * 2
+    node: dict[str, Any] = {"name": "terrain", "mesh": 0, "scale": [east, 1.0, north]}
+    node["translation"] = [0.0, mesh.base_m, -north * (mesh.heights.shape[0] - 1)]
+    extras = mesh.origin and mesh.origin | {"metres": "x east, y up, z south: coordinate = origin + scale (x, -z)"}
+    yield gltf_head(len(mesh.posts), len(mesh.faces), box, node, mesh.texture, extras=extras)
     for of in (_lattice, _lattice_normals, Mesh.texture_places):
         for part in _parts(len(mesh.posts)):
             yield of(mesh, part).astype("<f4").tobytes()
     for part in _parts(len(mesh.faces)):
         yield mesh.faces[part].astype("<u4").tobytes()
-    if picture:
-        yield picture
+    if mesh.texture:
+        yield padded(mesh.texture)
 
 
 def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
@@ -210,71 +217,73 @@ def _lattice_normals(mesh: Mesh, part: slice) -> np.ndarray:
     return _unit(np.stack([east * x, z, -north * y], -1))
 
 
-def _glb_header(mesh: Mesh, picture_bytes: int) -> bytes:
-    n = len(mesh.posts)
-    sizes = [12 * n, 12 * n, 8 * n, 12 * len(mesh.faces), picture_bytes]
-    text = json.dumps(_gltf(mesh, sizes), separators=(",", ":")).encode("ascii")
-    text += b" " * (-len(text) % 4)
-    total = 12 + 8 + len(text) + 8 + sum(sizes)
-    if total > GLB_LIMIT:
-        raise TerrainError(f"{len(mesh.faces)} triangles are more than a .glb file holds: write .ply, or weld them")
-    start = struct.pack("<4sIIII", b"glTF", 2, total, len(text), 0x4E4F534A)  # "JSON"
-    return start + text + struct.pack("<II", sum(sizes), 0x004E4942)  # "BIN"
+def padded(data: bytes) -> bytes:
+    """Bytes with zeros up to a multiple of 4, as parts of a binary glTF must have."""
+    return data + b"\0" * (-len(data) % 4)
 
 
-def _gltf(mesh: Mesh, sizes: list[int]) -> dict[str, object]:
-    east, north = mesh.spacing_m
-    corners = [_lattice(mesh, part) for part in _parts(len(mesh.posts))]
-    low = np.min([c.min(0) for c in corners], 0).tolist() if corners else [0.0] * 3
-    high = np.max([c.max(0) for c in corners], 0).tolist() if corners else [0.0] * 3
-    count = {"componentType": 5126, "count": len(mesh.posts)}
-    accessors: list[dict[str, object]] = [
-        {"bufferView": 0, **count, "type": "VEC3", "min": low, "max": high},
-        {"bufferView": 1, **count, "type": "VEC3"},
-        {"bufferView": 2, **count, "type": "VEC2"},
-        {"bufferView": 3, "componentType": 5125, "count": 3 * len(mesh.faces), "type": "SCALAR"},
-    ]
-    targets = [34962, 34962, 34962, 34963, None]
+def gltf_head(
+    vertices: int,
+    faces: int,
+    box: Sequence[np.ndarray],
+    node: dict[str, Any],
+    picture: bytes | None,
+    has_places: bool = True,
+    extras: dict[str, Any] | None = None,
+) -> bytes:
+    """All of a binary glTF before its data: places, normals, places in the picture (if any), faces, padded picture.
+
+    The picture already includes light, so it is shown without shading.
+    """
+    widths = {"POSITION": 3, "NORMAL": 3} | ({"TEXCOORD_0": 2} if has_places else {})
+    sizes = [4 * width * vertices for width in widths.values()] + [12 * faces]
     starts = np.cumsum([0, *sizes]).tolist()
-    views: list[dict[str, object]] = [
-        {"buffer": 0, "byteOffset": start, "byteLength": size} | ({"target": target} if target else {})
+    total = starts[-1] + len(padded(picture or b""))
+    targets = [_VERTICES] * len(widths) + [_FACES]
+    views: list[dict[str, Any]] = [
+        {"buffer": 0, "byteOffset": start, "byteLength": size, "target": target}
         for start, size, target in zip(starts, sizes, targets, strict=False)
-        if target or mesh.texture
     ]
-    if mesh.texture:
-        views[-1]["byteLength"] = len(mesh.texture)
-    attributes = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}
-    node = {"name": "terrain", "mesh": 0, "scale": [east, 1.0, north]}
-    node["translation"] = [0.0, mesh.base_m, -north * (mesh.heights.shape[0] - 1)]
-    asset: dict[str, object] = {"version": "2.0", "generator": "terrain-gl"}
-    if mesh.origin:
-        asset["extras"] = mesh.origin | {"metres": "x east, y up, z south: coordinate = origin + scale (x, -z)"}
-    return {
-        "asset": asset,
+    accessors: list[dict[str, Any]] = [
+        {"bufferView": i, "componentType": 5126, "count": vertices, "type": f"VEC{width}"}
+        for i, width in enumerate(widths.values())
+    ]
+    accessors[0] |= {"min": box[0].tolist(), "max": box[1].tolist()}
+    accessors.append({"bufferView": len(widths), "componentType": 5125, "count": 3 * faces, "type": "SCALAR"})
+    attributes = {name: i for i, name in enumerate(widths)}
+    rough: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
+    material: dict[str, Any] = {"pbrMetallicRoughness": rough}
+    gltf: dict[str, Any] = {
+        "asset": {"version": "2.0", "generator": "terrain-gl"} | ({"extras": extras} if extras else {}),
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [node],
-        "meshes": [{"primitives": [{"attributes": attributes, "indices": 3, "material": 0}]}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": len(widths), "material": 0}]}],
         "accessors": accessors,
         "bufferViews": views,
-        "buffers": [{"byteLength": sum(sizes)}],
-        **_materials(mesh),
+        "buffers": [{"byteLength": total}],
+        "materials": [material],
     }
-
-
-def _materials(mesh: Mesh) -> dict[str, object]:
-    """The material of a glTF: rough ground. A texture already includes light, so it is shown without shading."""
-    rough: dict[str, object] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
-    if not mesh.texture:
-        return {"materials": [{"pbrMetallicRoughness": rough | {"baseColorFactor": [0.55, 0.5, 0.42, 1.0]}}]}
-    unlit: dict[str, object] = {"KHR_materials_unlit": {}}
-    return {
-        "extensionsUsed": [*unlit],
-        "materials": [{"pbrMetallicRoughness": rough | {"baseColorTexture": {"index": 0}}, "extensions": unlit}],
-        "textures": [{"source": 0, "sampler": 0}],
-        "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
-        "images": [{"bufferView": 4, "mimeType": "image/png"}],
-    }
+    if picture:
+        kind = "image/png" if picture.startswith(b"\x89PNG") else "image/jpeg"
+        views.append({"buffer": 0, "byteOffset": starts[-1], "byteLength": len(picture)})
+        rough["baseColorTexture"] = {"index": 0}
+        material["extensions"] = {"KHR_materials_unlit": {}}
+        gltf |= {
+            "extensionsUsed": ["KHR_materials_unlit"],
+            "textures": [{"source": 0, "sampler": 0}],
+            "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
+            "images": [{"bufferView": len(views) - 1, "mimeType": kind}],
+        }
+    else:
+        rough["baseColorFactor"] = [0.55, 0.5, 0.42, 1.0]
+    text = json.dumps(gltf, separators=(",", ":")).encode("ascii")
+    text += b" " * (-len(text) % 4)
+    whole = 12 + 8 + len(text) + 8 + total
+    if whole > GLB_LIMIT:
+        raise TerrainError(f"{faces} triangles are more than a .glb file holds: write .ply, or weld them")
+    head = struct.pack("<4sIIII", b"glTF", 2, whole, len(text), 0x4E4F534A)  # "JSON"
+    return head + text + struct.pack("<II", total, 0x004E4942)  # "BIN"
 
 
 # --- STL --------------------------------------------------------------------------------------------------------------

@@ -48,8 +48,17 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangles:
         raise TerrainError(f"{path}: has no triangles")
     if faces.min() < 0 or faces.max() >= len(places) or not np.isfinite(places[faces]).all():
         raise TerrainError(f"{path}: is damaged: a face names a vertex that is missing or not finite")
-    shared, number = np.unique(places, axis=0, return_inverse=True)
-    return Triangles(shared, number.reshape(-1)[faces])
+    return welded(places, faces)
+
+
+def welded(places: np.ndarray, faces: np.ndarray) -> Triangles:
+    """The same triangles; vertices at the same place become one."""
+    number = np.zeros(len(places), np.int64)
+    for column in places.T:  # sorting numbers is many times faster than sorting rows
+        number = np.unique(number * len(places) + np.unique(column, return_inverse=True)[1], return_inverse=True)[1]
+    shared = np.empty((number.max(initial=-1) + 1, 3))
+    shared[number] = places
+    return Triangles(shared, number[faces])
 
 
 def _ply(path: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,9 @@
-"""Where tiles stand: in the Earth-centred system EPSG:4978, or in local metres of the south-western post.
+"""Where tiles and meshes stand: in a coordinate system, by pyproj, or in local metres of the south-western post.
 
-Heights of the map are taken as heights above the ellipsoid.
+In the Earth-centred system EPSG:4978, heights of the map are heights above the ellipsoid. Other systems keep heights.
 """
+
+from typing import Any
 
 import numpy as np
 
@@ -9,56 +11,73 @@ from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..readers.georeference import WGS84, flat_crs
 from ..readers.place import to_degrees
-from ..readers.raster import INSTALL_GEO
 
+EARTH = "EPSG:4978"  # metres from the middle of the Earth
 RADIUS_M = 6.35e6  # of the Earth, at least
 _OTHER_PLANET = 0.01  # an ellipsoid that differs by more is not the Earth's
 
 
 class TileSystem:
-    """The system of a map's tiles. `is_local`: metres east, north and up; it is flat, as the map is."""
+    """The world in which tiles of a map stand; `crs` is its system. None: local metres east, north and up.
 
-    def __init__(self, heightmap: Heightmap, is_local: bool = False) -> None:
+    Attributes
+    ----------
+    is_local
+        Whether straight lines of the world are straight on the map.
+    """
+
+    def __init__(self, heightmap: Heightmap, crs: str | None = EARTH) -> None:
         self.rows = heightmap.rows
         self.spacing_m = heightmap.spacing_m
-        self.is_local = is_local
-        if is_local:
+        self._steps: list[Any] = []  # from the map's coordinates to the world's
+        self.is_local = crs is None
+        if crs is None:
             return
         self.place = heightmap.place
         if self.place is None or self.place.crs is None:
             raise TerrainError(f"{heightmap.name}: does not say where it lies: the Earth's tiles need a map that does")
-        try:
-            import pyproj
-        except ImportError:
-            raise TerrainError(f"tiles need pyproj: {INSTALL_GEO}") from None
-        if abs(flat_crs(self.place.crs).ellipsoid.semi_major_metre / WGS84[0] - 1) > _OTHER_PLANET:
+        world, own = flat_crs(crs), flat_crs(self.place.crs)  # raises an error if pyproj is missing
+        import pyproj
+
+        self.is_local = world == own
+        if world.is_geographic and not self.is_local:
+            raise TerrainError(f"{crs}: is in degrees: expected a projected or Earth-centred system, or the map's")
+        if not world.is_geocentric:
+            try:
+                self._steps = [pyproj.Transformer.from_crs(own, world, always_xy=True)]
+            except pyproj.exceptions.ProjError:
+                raise TerrainError(f"{heightmap.name}: {crs} is of another planet than the map") from None
+        elif abs(own.ellipsoid.semi_major_metre / WGS84[0] - 1) > _OTHER_PLANET:
             raise TerrainError(f"{heightmap.name}: lies on another planet than the Earth: give --local")
-        self._to_degrees = to_degrees(self.place.crs)
-        self._to_earth = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
+        else:
+            to_world = pyproj.Transformer.from_crs("EPSG:4979", world, always_xy=True)
+            self._steps = [to_degrees(self.place.crs), to_world]
 
     def to_world(self, posts: np.ndarray, tops_m: np.ndarray) -> np.ndarray:
         """(n, 3) places of (n, 2) columns and rows with heights."""
         col, row = posts.T
-        if self.is_local:
+        if not self._steps:
             east, north = self.spacing_m
             return np.stack([col * east, (self.rows - 1 - row) * north, tops_m], -1)
         assert self.place
         grid = self.place.georeference.grid
-        lon, lat = self._to_degrees.transform(grid.a * (col + 0.5) + grid.c, grid.e * (row + 0.5) + grid.f)
-        return np.stack(self._to_earth.transform(lon, lat, np.asarray(tops_m, np.float64)), -1)
+        at = grid.a * (col + 0.5) + grid.c, grid.e * (row + 0.5) + grid.f, np.asarray(tops_m, np.float64)
+        for step in self._steps:
+            at = step.transform(*at)
+        return np.stack(at, -1)
 
     def to_map(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Columns and rows (n, 2), and heights, of places: the inverse of `to_world`."""
-        if self.is_local:
-            east, north = self.spacing_m
-            return np.stack([places[:, 0] / east, self.rows - 1 - places[:, 1] / north], -1), places[:, 2]
+        if not self._steps:
+            return np.stack([places[:, 0], -places[:, 1]], -1) / self.spacing_m + [0, self.rows - 1], places[:, 2]
         assert self.place
-        x, y, z = places.T
-        lon, lat, tops_m = self._to_earth.transform(x, y, z, direction="INVERSE")
-        easting, northing = self._to_degrees.transform(lon, lat, direction="INVERSE")
+        at = tuple(places.T)
+        for step in reversed(self._steps):
+            at = step.transform(*at, direction="INVERSE")
+        easting, northing, tops_m = map(np.asarray, at)
         grid = self.place.georeference.grid
-        col = (self.place.nearest_turn(np.asarray(easting)) - grid.c) / grid.a - 0.5
-        return np.stack([col, (np.asarray(northing) - grid.f) / grid.e - 0.5], -1), np.asarray(tops_m)
+        col = (self.place.nearest_turn(easting) - grid.c) / grid.a - 0.5
+        return np.stack([col, (northing - grid.f) / grid.e - 0.5], -1), tops_m
 
     def axes(self, col: float, row: float, top_m: float) -> np.ndarray:
         """(4, 4) transformation to the world from metres along a row of the map, across it, and up, at a post."""

@@ -20,7 +20,7 @@ from ..heightmap import Heightmap
 from ..verify.check import check_mesh
 from .mesh_readers import gltf_triangles
 from .quantized_mesh import quantized_tiles
-from .tile_system import RADIUS_M, TileSystem
+from .tile_system import EARTH, RADIUS_M, TileSystem
 
 _SAG = 1e-3  # of the declared error
 _LEAST_SAG_M = 2e-4
@@ -49,8 +49,8 @@ def is_tileset(path: str) -> bool:
     return Path(path).is_dir() or path.lower().endswith(".json")
 
 
-def check_tiles(path: str, heightmap: Heightmap) -> Iterator[TileError]:
-    """Compare all tiles that lie on the map with it.
+def check_tiles(path: str, heightmap: Heightmap, crs: str | None = None) -> Iterator[TileError]:
+    """Compare all tiles that lie on the map with it. `crs` is their system if it is not the Earth-centred one.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def check_tiles(path: str, heightmap: Heightmap) -> Iterator[TileError]:
     file = Path(path)
     if file.is_dir():
         file /= "layer.json" if (file / "layer.json").exists() else "tileset.json"
-    system = TileSystem(heightmap, _is_local(file))
+    system = TileSystem(heightmap, crs or (None if _is_local(file) else EARTH))
     for name, declared_m, places, faces in _tiles(file, np.eye(4)):
         if faces.size and not (faces.min() >= 0 and faces.max() < len(places)):
             raise TerrainError(f"{file.parent / name}: is damaged: a face names a vertex that is missing")
@@ -79,8 +79,7 @@ def tile_error(
 
     `corners` are those of its triangles in the world, (m, 3, 3). `error_m` is about its error: see `sag_m`.
     """
-    if not system.is_local:
-        corners = _divided(corners, sag_m(system, error_m))
+    corners = divided(system, corners, error_m)
     places, heights_m = system.to_map(corners.reshape(-1, 3))
     posts, tops_m = places.reshape(-1, 3, 2), heights_m.reshape(-1, 3)
     a, b, c = np.moveaxis(posts * heightmap.spacing_m, 1, 0)
@@ -156,12 +155,14 @@ def _content(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return places + centre, faces
 
 
-def _divided(corners: np.ndarray, within_m: float) -> np.ndarray:
-    """Triangles (m, 3, 3), divided until the ground between their corners is flat to `within_m`.
+def divided(system: TileSystem, corners: np.ndarray, error_m: float) -> np.ndarray:
+    """Triangles (m, 3, 3), divided until the ground between their corners is flat to `sag_m`.
 
     Each step halves the longest side. So it depends on a side alone whether it is divided: triangles still meet.
     """
-    longest_m = np.sqrt(8 * RADIUS_M * within_m)
+    if system.is_local:
+        return corners
+    longest_m = np.sqrt(8 * RADIUS_M * sag_m(system, error_m))
     done = []
     while len(corners):
         sides = np.linalg.norm(corners - np.roll(corners, -1, 1), axis=2)

@@ -10,11 +10,14 @@ tile's own level plane, so the curved ground counts, too. The tile is then round
     voids    a cell of the lattice with a void corner is left out
 """
 
+import contextlib
 import hashlib
 import json
 import os
 import shutil
+import uuid
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,17 +28,23 @@ from ..basics.locks import locked
 from ..basics.rect import nodes_along
 from ..basics.version import __version__
 from ..heightmap import Heightmap
+from ..image import file_bytes
 from ..mesh import vertex_heights
+from ..readers import Reading
+from ..readers.raster import Spacing
+from ..store import StoredMap, is_store
+from ..store.scheduling import scheduler
 from ..terrain.filling import fill_voids
 from .cutting import cut_voids
-from .mesh_formats import Mesh, rim_of, with_whole_rim
-from .tile_glb import tile_glb
-from .tile_system import TileSystem
+from .maps import open_map
+from .mesh_formats import Mesh, gltf_head, padded, rim_of, with_whole_rim
+from .tile_system import EARTH, TileSystem
 from .tilesets import sag_m, tile_error
 from .whole import delaunay
 
 SIDE = 256  # cells of the lattice along a side of a tile
 _SHARES = 0.95, 0.5, 0.0  # of the tolerance, tried in turn for the finest tiles: new vertices on rims add to the error
+_PICTURE = "texture.npy"
 _RECORDS = ".records"  # folder of an unfinished tile set: a file for each tile that is whole
 
 
@@ -58,16 +67,26 @@ class TileKey(NamedTuple):
 
 
 class Tiling:
-    """The tiles of a map."""
+    """The tiles of a map. `source` names the map for workers: a file or store, and how a file is read."""
 
-    def __init__(self, heightmap: Heightmap, max_error_m: float, is_local: bool = False) -> None:
+    def __init__(
+        self,
+        heightmap: Heightmap,
+        max_error_m: float,
+        is_local: bool = False,
+        source: tuple[str, Reading, Spacing | None] | None = None,
+    ) -> None:
+        self._again = source, max_error_m, is_local, uuid.uuid4().hex  # a file may change until the next call
         self.heightmap = heightmap
         self.max_error_m = max_error_m
-        self.system = TileSystem(heightmap, is_local)
+        self.system = TileSystem(heightmap, None if is_local else EARTH)
         self.size = heightmap.rows, heightmap.cols
         self.top = max(0, (nodes_along(max(self.size), 0) - 1) // SIDE).bit_length()
         # between float32 places of two tiles
         self.rounding_m = 0.0 if is_local else float(np.ldexp(max(heightmap.extent_m), -23))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _opened, self._again
 
     def keys(self, level: int) -> list[TileKey]:
         """All tiles of a level."""
@@ -79,16 +98,19 @@ class Tiling:
         low, high = max(first, 0), min(end, nodes_along(self.size[axis], level))
         return np.minimum(np.arange(low, high + 1) << level, self.size[axis] - 1)
 
-    def make(self, key: TileKey) -> tuple[bytes, dict[str, Any]]:
-        """The file of a tile, and its record: transformation, box, error and counts. Without land, both are empty."""
+    def make(self, key: TileKey, picture: np.ndarray | None = None) -> tuple[bytes, dict[str, Any]]:
+        """The file of a tile, and its record: transformation, box, error and counts. Without land, both are empty.
+
+        `picture` is the map from straight above, half a cell beyond its outermost posts.
+        """
         shares = _SHARES if key.level == 0 else _SHARES[:1]
         for share in shares:
-            data, record = self._made(key, share * self.max_error_m * 2**key.level)
+            data, record = self._made(key, share * self.max_error_m * 2**key.level, picture)
             if not data or record["declared_m"] <= self.max_error_m:
                 break
         return data, record
 
-    def _made(self, key: TileKey, tolerance_m: float) -> tuple[bytes, dict[str, Any]]:
+    def _made(self, key: TileKey, tolerance_m: float, picture: np.ndarray | None) -> tuple[bytes, dict[str, Any]]:
         first = np.array([key.row, key.col]) * SIDE
         rows, cols = (self.lattice(key.level, axis, first[axis] - 1, first[axis] + SIDE + 1) for axis in (0, 1))
         around = self.heightmap.heights[np.ix_(rows, cols)]  # with a post more on each side, for normals
@@ -130,7 +152,8 @@ class Tiling:
         extras = {"error_posts_m": posts_m, "error_surface_m": surface_m, "skirt_m": skirt_m, "triangles": len(faces)}
         box = [places.min(0).tolist(), places.max(0).tolist()]
         record = {"declared_m": declared_m, "axes": axes.tolist(), "box": box, "extras": extras}
-        return tile_glb(places, np.concatenate([normals, normals[hanging]]), faces), record
+        cropped = None if picture is None else _cropped(picture, (on_map + 0.5) / self.size[::-1])
+        return _glb(places, np.concatenate([normals, normals[hanging]]), faces, cropped), record
 
     def _near(self, axes: np.ndarray, posts: np.ndarray, tops_m: np.ndarray) -> np.ndarray:
         """Places in a tile's own axes."""
@@ -183,6 +206,32 @@ class Tiling:
         return self.heightmap.heights[np.ix_(*index)].reshape(-1).astype(np.float64)
 
 
+@lru_cache(maxsize=1)
+def _opened(source: tuple[str, Reading, Spacing | None], max_error_m: float, is_local: bool, run: str) -> Tiling:
+    """The tiling of a map in a worker, which opens the map once for each run."""
+    heightmap = StoredMap(source[0]) if is_store(source[0]) else open_map(*source)[0]
+    return Tiling(heightmap, max_error_m, is_local, source)
+
+
+def _cropped(picture: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, bytes]:
+    """The part of a picture with all places `at` and a pixel more around, as JPEG, and the places in it; 0 to 1."""
+    size = np.array(picture.shape[1::-1])
+    low = np.maximum(np.floor(at.min(0) * size).astype(int) - 1, 0)
+    high = np.minimum(np.ceil(at.max(0) * size).astype(int) + 1, size)
+    part = np.ascontiguousarray(picture[low[1] : high[1], low[0] : high[0]])
+    return (at * size - low) / (high - low), file_bytes(part, ".jpg")
+
+
+def _glb(places: np.ndarray, normals: np.ndarray, faces: np.ndarray, cropped: tuple[np.ndarray, bytes] | None) -> bytes:
+    """Binary glTF of a tile, y up: a place (x, y, z) is stored as (x, z, -y)."""
+    stored = [(each[:, [0, 2, 1]] * [1, 1, -1]).astype("<f4") for each in (places, normals)]
+    box = stored[0].min(0), stored[0].max(0)
+    at, texture = cropped or (np.zeros((0, 2)), b"")
+    head = gltf_head(len(places), len(faces), box, {"mesh": 0}, texture, cropped is not None)
+    parts = *stored, at.astype("<f4"), faces.astype("<u4")
+    return head + b"".join(each.tobytes() for each in parts) + padded(texture)
+
+
 def _normals(near: np.ndarray, posts: np.ndarray) -> np.ndarray:
     """(n, 3) unit normals at columns and rows of a lattice of places, from the next posts on both sides."""
     last = np.array(near.shape[1::-1]) - 1
@@ -196,11 +245,23 @@ def _normals(near: np.ndarray, posts: np.ndarray) -> np.ndarray:
 
 
 def write_tiles(
-    tiling: Tiling, output: str | os.PathLike[str], progress: Callable[[float], None] | None = None
+    tiling: Tiling,
+    output: str | os.PathLike[str],
+    progress: Callable[[float], None] | None = None,
+    picture: np.ndarray | None = None,
+    workers: int = 1,
+    address: str | None = None,
 ) -> dict[str, Any]:
     """Write all tiles of a map, and `tileset.json`. The folder appears when it is complete.
 
     Until then the tiles are in a folder beside it. The same call continues an interrupted one.
+
+    Parameters
+    ----------
+    picture
+        The map from above as a texture: see `Tiling.make`.
+    workers, address
+        Processes of this machine, or a Dask scheduler whose workers see the same files.
 
     Returns
     -------
@@ -221,13 +282,14 @@ def write_tiles(
     with locked(part, waits=False) as is_ours:
         if not is_ours:
             raise TerrainError(f"{output}: another process is writing it")
-        _start(tiling, part)
+        _start(tiling, part, picture)
         keys = [key for level in range(tiling.top + 1) for key in tiling.keys(level)]
         records = {}
-        for done, key in enumerate(keys):
-            records[key] = _kept(tiling, part, key)
-            if progress:
-                progress((done + 1) / len(keys))
+        with contextlib.closing(scheduler(workers, address)) as runner:
+            for key, record in zip(keys, runner.in_order(_kept, (tiling, part.absolute()), keys), strict=True):
+                records[key] = record
+                if progress:
+                    progress(len(records) / len(keys))
         root = _tree(tiling, records, TileKey(tiling.top, 0, 0))
         assert root
         low_m, high_m = tiling.heightmap.range_m
@@ -250,25 +312,30 @@ def write_tiles(
     }
 
 
-def _start(tiling: Tiling, part: Path) -> None:
+def _start(tiling: Tiling, part: Path, picture: np.ndarray | None) -> None:
     """Make the folder of an unfinished tile set, and empty it unless it is of the same map and options."""
     heightmap = tiling.heightmap
     heights = getattr(heightmap, "identity", None) or hashlib.sha256(heightmap.heights.data).hexdigest()
-    same = [heights, heightmap.spacing_m, heightmap.georeference, tiling.max_error_m, tiling.system.is_local, SIDE]
+    look = None if picture is None else hashlib.sha256(picture.tobytes()).hexdigest()
+    options = tiling.max_error_m, tiling.system.is_local, SIDE
+    same = [heights, look, heightmap.spacing_m, heightmap.georeference, *options]
     told = part / _RECORDS / "of.json"
     text = json.dumps([__version__, repr(same)])
     if not told.exists() or told.read_text("utf-8") != text:
         for old in part.iterdir():
             shutil.rmtree(old) if old.is_dir() else old.unlink()
         told.parent.mkdir()
+        if picture is not None:
+            np.save(part / _RECORDS / _PICTURE, picture)
         told.write_text(text, "utf-8")
 
 
-def _kept(tiling: Tiling, part: Path, key: TileKey) -> dict[str, Any]:
+def _kept(job: tuple[Tiling, Path], key: TileKey) -> dict[str, Any]:
     """The record of a tile that is written, now or by an interrupted call."""
-    file = part / _RECORDS / f"{key.name}.json"
+    tiling, part = job
+    file, texture = part / _RECORDS / f"{key.name}.json", part / _RECORDS / _PICTURE
     if not file.exists():
-        data, record = tiling.make(key)
+        data, record = tiling.make(key, np.load(texture, mmap_mode="r") if texture.exists() else None)
         if data:
             (part / f"{key.name}.glb").write_bytes(data)
         beside = file.with_suffix(".partial")

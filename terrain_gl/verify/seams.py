@@ -1,10 +1,14 @@
 """Where a mesh is torn: gaps, and vertices on an edge that does not have them (T-junctions)."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 _NEAR = 1e-6  # cells: a vertex so close to an edge lies on it
+_SLACK = 1e-3  # cells: a vertex so close to an edge is looked at
+_PART = 1 << 20  # pairs that are looked at at a time
 
 
 @dataclass(frozen=True)
@@ -38,18 +42,10 @@ def find_seams(posts: np.ndarray, tops_m: np.ndarray, faces: np.ndarray, shape: 
     a, b = a[~beyond.any(1)], b[~beyond.any(1)]
     lengths = np.linalg.norm(posts[b] - posts[a], axis=1)
     rim = np.unique(np.concatenate([a, b]))
-    rim = rim[np.argsort(posts[rim, 0], kind="stable")]
-    columns = posts[rim, 0]
-    low, high = np.sort(np.stack([posts[a, 0], posts[b, 0]]), axis=0)
-    first = np.searchsorted(columns, low - _NEAR)
-    many = np.searchsorted(columns, high + _NEAR, "right") - first
+    rim = rim[((posts[rim] >= -_NEAR) & (posts[rim] <= last + _NEAR)).all(1)]
     torn: set[int] = set()
     crack_m = 0.0
-    for start in range(0, len(a), 256):  # each edge with the vertices of its columns
-        part = slice(start, start + 256)
-        edge = np.repeat(np.arange(len(a))[part], many[part])
-        within = np.arange(len(edge)) - np.repeat(np.cumsum(many[part]) - many[part], many[part])
-        vertex = rim[first[edge] + within]
+    for edge, vertex in _near(posts, a, b, rim, last):
         along, away = posts[b[edge]] - posts[a[edge]], posts[vertex] - posts[a[edge]]
         square = np.maximum((along**2).sum(1), _NEAR**2)
         t = (along * away).sum(1) / square
@@ -60,6 +56,45 @@ def find_seams(posts: np.ndarray, tops_m: np.ndarray, faces: np.ndarray, shape: 
         torn |= set(vertex[inside].tolist())
         crack_m = max(crack_m, float(np.abs(at_m - tops_m[vertex])[inside].max(initial=0.0)))
     return Seams(float(lengths.sum()), len(torn), crack_m)
+
+
+def _near(
+    posts: np.ndarray, a: np.ndarray, b: np.ndarray, rim: np.ndarray, last: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Pairs of edges from `a` to `b` and vertices of `rim`, in parts: at least all that are near each other.
+
+    An edge is cut into strips, one cell wide, along the axis along which it is longer. Vertices are sorted by strips,
+    and across in each strip. So those near a piece of an edge are neighbours in this order.
+    """
+    longer = np.abs(posts[b] - posts[a]).argmax(1)
+    for axis in (0, 1):
+        across = 1 - axis
+        wide = last[across] + 8.0  # numbers for each strip
+        keys = np.floor(posts[rim, axis]) * wide + posts[rim, across]
+        order = np.argsort(keys)
+        edges = np.flatnonzero(longer == axis)
+        turned = posts[a[edges], axis] > posts[b[edges], axis]
+        start, end = posts[np.where(turned, b[edges], a[edges])], posts[np.where(turned, a[edges], b[edges])]
+        first, final = (np.clip(np.floor(x[:, axis]), -1, last[axis] + 1).astype(np.int64) for x in (start, end))
+        count = final - first + 1
+        which, strip = _ranges(first, count)
+        step = (end - start)[which]
+        slope = step[:, across] / np.where(step[:, axis] == 0, 1.0, step[:, axis])
+        at = np.clip([strip, strip + 1], start[which, axis], end[which, axis])
+        ends = np.sort(start[which, across] + (at - start[which, axis]) * slope, axis=0)
+        low, high = strip * wide + np.clip(ends, -2.0, last[across] + 2.0) + [[-_SLACK], [_SLACK]]
+        begin = np.searchsorted(keys[order], low)
+        many = np.searchsorted(keys[order], high, "right") - begin
+        cuts = np.searchsorted(np.cumsum(many), np.arange(_PART, many.sum() + _PART, _PART), "right")
+        for one, two in pairwise([0, *cuts.tolist(), len(many)]):
+            piece, vertex = _ranges(begin[one:two], many[one:two])
+            yield edges[which[one:two][piece]], rim[order[vertex]]
+
+
+def _ranges(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All whole numbers of ranges, after the number of the range that each is in."""
+    which = np.repeat(np.arange(len(first)), count)
+    return which, np.arange(len(which)) + (first - np.cumsum(count) + count)[which]
 
 
 def is_closed(faces: np.ndarray, vertices: int) -> bool:
