@@ -72,6 +72,7 @@ def test_the_page_and_its_files(served, flat_tiles, monkeypatch):
     for name in ("tileset.json", "2-0-0.glb"):
         with urllib.request.urlopen(address + name) as answer:
             assert answer.read() == (Path("t") / name).read_bytes()
+            assert answer.headers["Cache-Control"] == "no-store"  # another folder at this port has the same names
     with pytest.raises(urllib.error.HTTPError):
         urllib.request.urlopen(address + "../hills.npy")
 
