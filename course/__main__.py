@@ -81,6 +81,13 @@ def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     many.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2), help="students at once")
     many.add_argument("--trust", action="store_true", help="grade although the sandbox is incomplete on this system")
     many.set_defaults(run=_grade)
+    enter = commands.add_parser("enter", help="rank files that make meshes: fewest triangles at a checked error")
+    enter.add_argument("folder", type=Path, help="a folder with one file for each entry")
+    enter.add_argument("-o", "--output", type=Path, required=True, help="the table, CSV")
+    enter.add_argument("--seed", type=int, help="left out: a random one, which is printed")
+    enter.add_argument("--seconds", type=float, default=SECONDS, help="time for a mesh")
+    enter.add_argument("--trust", action="store_true", help="run entries although the sandbox is incomplete")
+    enter.set_defaults(run=_enter)
     tree = commands.add_parser("strip", help="copy the project without the course's solutions, for students")
     tree.add_argument("folder", type=Path, help="a new folder")
     tree.add_argument(
@@ -155,7 +162,7 @@ def _picture(options: argparse.Namespace) -> int:
 
 
 def _grade(options: argparse.Namespace) -> int:
-    from .grading import grade, open_walls, submissions, write_feedback, write_table
+    from .grading import grade, submissions, write_feedback, write_table
 
     if not options.folder.is_dir():
         raise UsageError(f"{options.folder}: no such folder")
@@ -165,12 +172,7 @@ def _grade(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.output.parent}: no such folder")
     if options.feedback is not None and options.feedback.exists():
         raise UsageError(f"{options.feedback}: exists already")
-    try:
-        missing = open_walls()
-    except StudentError as error:  # the sandbox may not allow reading the folder of Python, for example if it is a link
-        raise UsageError(f"no code runs behind the walls with {sys.executable}: {error}") from None
-    if missing and not options.trust:
-        raise UsageError(f"on this system a student's code {', '.join(missing)}; use the container, or --trust")
+    _try_walls(options)
     chosen = _chosen(options)
     seed = secrets.randbelow(2**31) if options.seed is None else options.seed
     found = grade(options.folder, chosen, seed, options.seconds, options.jobs, lambda name: print(name, flush=True))
@@ -182,6 +184,33 @@ def _grade(options: argparse.Namespace) -> int:
     why = sorted({why for student in found.values() for each in student for why in each.why_not_run})
     if why:
         print(f"some tasks were not run, and count neither way: {'; '.join(why)}")
+    return 0
+
+
+def _try_walls(options: argparse.Namespace) -> None:
+    """Try to get out of the sandbox, before any student's code runs."""
+    from .grading import open_walls
+
+    try:
+        missing = open_walls()
+    except StudentError as error:  # the sandbox may not allow reading the folder of Python, for example if it is a link
+        raise UsageError(f"no code runs behind the walls with {sys.executable}: {error}") from None
+    if missing and not options.trust:
+        raise UsageError(f"on this system a student's code {', '.join(missing)}; use the container, or --trust")
+
+
+def _enter(options: argparse.Namespace) -> int:
+    from .leaderboard import board, write
+
+    if not options.folder.is_dir() or not (files := sorted(options.folder.glob("*.py"))):
+        raise UsageError(f"{options.folder}: no folder with files of entries, such as anna.py")
+    _try_walls(options)
+    seed = secrets.randbelow(2**31) if options.seed is None else options.seed
+    rows = board({path.stem: path for path in files}, seed, options.seconds)
+    for place, row in enumerate(rows, 1):
+        print(f"{'-' if row.reason else place:>3}  {row.name:20} {sum(row.triangles):8,} triangles  {row.reason}")
+    write(rows, options.output)
+    print(f"wrote {options.output}: {len(rows)} entries, seed {seed}")
     return 0
 
 

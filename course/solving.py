@@ -36,6 +36,7 @@ APART = (
         "mutants.py",
         "similar.py",
         "figure.py",
+        "leaderboard.py",
         "real.py",
         "courses.py",
         "test_course*.py",

@@ -300,3 +300,56 @@ def test_no_cell_is_a_formula(tmp_path):
     grading.write_table({"=HYPERLINK(1)": []}, [LESSON], 1, tmp_path / "p.csv")
     assert (tmp_path / "p.csv").read_text().splitlines()[-1].startswith("'=HYPERLINK(1),")
     assert grading._harmless("-1") == "-1"
+
+
+@pytest.fixture(scope="module")
+def ranked(tmp_path_factory):
+    """The leaderboard's rows by name: the course's own entry, the project's, and entries that are wrong."""
+    pytest.importorskip("course.leaderboard")
+    folder = tmp_path_factory.mktemp("entries")
+    head = "import numpy as np\n\n\ndef mesh(heights, spacing_m, camera, size, tolerance_px):\n"
+    flat = (
+        "    n = len(heights) - 1\n    e, s = n * spacing_m[0], n * spacing_m[1]\n"
+        "    corners = [[0, 0], [e, 0], [e, s], [0, s]]\n"
+        "    vertices = np.column_stack([corners, heights[[n, n, 0, 0], [0, n, n, 0]]])\n"
+    )
+    entries = {
+        "copy": (solving.SOLUTIONS / "entry.py").read_text(encoding="utf-8"),
+        "two_triangles": head + flat + "    return vertices, np.array([[0, 1, 2], [0, 2, 3]])\n",
+        "half": head + flat + "    return vertices, np.array([[0, 1, 2]])\n",
+        "nan": head + flat + "    return vertices * np.nan, np.array([[0, 1, 2]])\n",
+        "none": head + "    return None\n",
+        "beyond": head + flat + "    return vertices, np.array([[0, 1, 9]])\n",
+        "endless": head + "    while True: pass\n",
+        "imports": "import terrain_gl\n" + head + "    return None\n",
+    }
+    for name, text in entries.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    command = [sys.executable, "-m", "course", "enter", str(folder), "-o", str(folder / "b.csv"), "--seed", "3"]
+    done = subprocess.run([*command, "--seconds", "8"], cwd=ROOT, capture_output=True, text=True)
+    if "on this system" in done.stderr:
+        pytest.skip(done.stderr)
+    assert done.returncode == 0, done.stderr
+    with open(folder / "b.csv", newline="", encoding="utf-8") as file:
+        return {row["entry"]: row for row in csv.DictReader(file)}
+
+
+@pytest.mark.slow
+def test_every_entry_has_a_row_and_a_reason(ranked):
+    reasons = {name: row["not ranked because"] for name, row in ranked.items()}
+    assert set(reasons) >= {"(course)", "(every_post)", "copy", "endless"}
+    told = {
+        "two_triangles": "px off", "half": "posts without land", "nan": "finite", "none": "expected vertices and",
+        "beyond": "vertex that is not there", "endless": "time limit", "imports": "without terrain_gl",
+    }  # fmt: skip
+    assert {name for name, text in told.items() if text not in reasons[name]} == set()
+    assert reasons["copy"] == reasons["(course)"] == reasons["(every_post)"] == ""
+
+
+@pytest.mark.slow
+def test_who_is_ranked_keeps_the_error_with_fewer_triangles(ranked):
+    places = sorted((row for row in ranked.values() if row["place"]), key=lambda row: int(row["place"]))
+    counts = [int(row["triangles"]) for row in places]
+    assert counts == sorted(counts) and all(float(row["largest error in tolerances"]) <= 1 for row in places)
+    assert int(ranked["(course)"]["triangles"]) < 0.2 * int(ranked["(every_post)"]["triangles"])
+    assert ranked["(every_post)"]["place"] == str(len(places))

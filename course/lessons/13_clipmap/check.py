@@ -127,7 +127,10 @@ def within(student, rng):
         low = tuple(int(rng.integers(1 - side, n)) for n in last)
         end = tuple(at + side for at in low)
         true = largest_within(errors, tables, tile, low, end, last)
-        error_m = float(true * rng.choice([0.9, 1.0, 1.01, 1.1, 1.3])) if i % 5 else float(rng.choice(LIMITS[8:40]))
+        error_m = float(true * rng.choice([0.9, 1.0, 1.01, 1.1, 1.3]))
+        if i % 5 == 0:  # exactly at the limit of the largest error's class, or at another limit
+            tight = min([limit for limit in LIMITS if limit >= true], default=400.0)
+            error_m = float(tight if i % 2 else rng.choice(LIMITS[8:40]))
         error_m = 401.0 if i == 1 else 400.0 if 2 < i < 12 else float(LIMITS[-1] / 2) if i == 2 else error_m
         want.append(answers(tables, tile, low, end, last, error_m))
         got.append(bool(student.is_within(tables, LIMITS, 400.0, low, end, tile, error_m)))
