@@ -6,6 +6,9 @@ First it sends events to the picture at rest, and prints how long the first fram
 whole picture. The panel, which changes with every event, is not looked at; so these are changes of the land. The
 divider of a new split covers less than a hundredth of it, so for a split the first frame has both sides.
 
+Then it flies forwards (W), and prints the frames a second, how they were drawn, and the time from the release of the
+key to the whole picture and to its measured error.
+
 An event waits for the present frame, and the next frame shows it. So the longest step (of loading, light, the full
 picture, measuring) should take no longer than a frame in motion. This prints both, in elapsed milliseconds and in
 processor milliseconds of all cores, which do not depend on the load of the machine.
@@ -15,6 +18,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 
@@ -27,6 +31,7 @@ from terrain_gl.viewer.painter import REST_S
 NEVER_S = 20.0  # an event that has changed nothing by then changes nothing
 CHANGED = 0.01  # least share of the numbers of the land's pixels
 GLANCES = 5  # turns of the camera, each followed by rest
+FLOWN = 40  # frames of a flight; the first half chooses how the second half is drawn
 Times = dict[str, list[tuple[float, float]]]
 
 
@@ -51,6 +56,7 @@ def main(size: str = "1280x720", name: str = "alpine-30m", *only: str) -> int:
             frame(app, times, "in motion")
         time.sleep(REST_S)
         come_to_rest(app, times)
+    fly(app)
     print(f"{'':12} {'frames':>6} {'median':>8} {'95 %':>8} {'longest':>8}   of work: {'median':>8} {'longest':>8}")
     for doing, each in times.items():
         (wall, work), most = np.array(each).T, np.max(each, axis=0)
@@ -99,6 +105,35 @@ def changes(app: App, act: Callable[[App], object]) -> tuple[Seconds, Seconds]:
     while app.busy or app.viewer.painter.waits_for_rest:
         app.frame(time.perf_counter())
     return first, now
+
+
+def fly(app: App) -> None:
+    """Fly forwards, stop, and print the times."""
+    begun, ways = _now(), Counter[str]()
+    app.key_down("w", "w")
+    for i in range(FLOWN):
+        if i == FLOWN // 2:
+            begun = _now()
+        app.frame(time.perf_counter())
+        app.viewer.ctx.finish()
+        ways[app.viewer.painter.frame.way.words(True) or "full size"] += i >= FLOWN // 2
+    clock_s, work_s = _now() - begun
+    print(f"flight: {FLOWN / 2 / clock_s:.1f} frames/s, {2e3 * work_s / FLOWN:.0f} ms of the processor a frame")
+    print(f"        {', '.join(f'{count} frames in {way}' for way, count in ways.items() if count)}")
+    app.key_up("w")
+    begun = _now()
+    while app.viewer.scene.controller.moving or not app.viewer.settled:
+        app.frame(time.perf_counter())
+    whole = _now() - begun
+    while app.viewer.painter.frame.achieved_px is None:
+        app.frame(time.perf_counter())
+    for what, (clock_s, work_s) in (("whole picture", whole), ("measured error", _now() - begun)):
+        print(f"        {what} {clock_s:.2f} s after the key ({work_s:.2f} of the processor)", flush=True)
+
+
+def _now() -> np.ndarray:
+    """Elapsed seconds, and seconds of the processor."""
+    return np.array([time.perf_counter(), time.process_time()])
 
 
 def land(app: App) -> np.ndarray:
