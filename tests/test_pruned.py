@@ -12,23 +12,16 @@ from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.comparison import pruned
 
 
-def test_reference_quadtree_of_a_flat_map_is_one_leaf():
-    best, plain = pruned.quads_within(np.zeros((17, 17)), (1.0, 1.0), Camera((8, 8, 30), (8, 8, 0)), (64, 64), 0.1, 1)
-    assert best.triangles == plain.triangles == 2
-
-
-def test_reference_quadtree_around_a_spike():
-    """A spike on a post that is odd in both directions: one node of each level contains it and is split."""
-    heights = np.zeros((65, 65))
-    heights[29, 29] = 10.0
-    camera = Camera((32, 32, 400), (32, 32, 0), 20.0)
-    best, plain = pruned.quads_within(heights, (1.0, 1.0), camera, (640, 640), 0.1, 0.01)
-    assert [int(level.sum()) for level in plain.splits] == [0, 1, 1, 1, 1, 1, 1]
-    assert plain.triangles == 2 * (4 + 3 * 5)
-    for fine, coarse in zip(best.splits[1:], best.splits[2:], strict=False):
+def test_neighbours_in_a_restricted_tree_differ_by_at_most_one_level():
+    """A spike on a post that is odd in both directions: one node of each level contains it and is too coarse."""
+    coarse = [np.zeros((64 >> level, 64 >> level), bool) for level in range(7)]
+    for level in range(1, 7):
+        coarse[level][29 >> level, 29 >> level] = True
+    tree = pruned._restricted(coarse)
+    assert [int(level.sum()) for level in tree][:2] == [0, 1] and sum(level.sum() for level in tree) > 6
+    for fine, parents in zip(tree[1:], tree[2:], strict=False):
         around = fine | np.logical_or.reduce(reference.tree.neighbours(fine))
-        assert coarse.repeat(2, 0).repeat(2, 1)[around].all()
-    assert best.triangles > plain.triangles
+        assert parents.repeat(2, 0).repeat(2, 1)[around].all()
 
 
 def trees(level, row, col):

@@ -16,15 +16,7 @@ from ..reference.error import quad_errors
 from ..reference.heightmap import world_m
 from ..reference.nodes import node_axes, per_node, top_level
 from ..reference.project import Pinhole, ScreenScale, screen_scale, shift_px, to_camera
-from ..reference.tree import balance, existing, grow, neighbours, sum_children, unsplit
-
-
-class Quadtree(NamedTuple):
-    """A quadtree over a map for one view."""
-
-    splits: list[np.ndarray]  # for each level, (rows, cols) bool; level 0 has no splits
-    seen: list[np.ndarray]  # nodes that are in the picture
-    triangles: int  # two for each leaf in the picture, and one more for each of its edges with a finer neighbour
+from ..reference.tree import balance, existing, grow, neighbours, sum_children
 
 
 class Allocation(NamedTuple):
@@ -40,31 +32,6 @@ def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> Pinhole:
     extent = camera.half_extent(size)
     seen = np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), extent, near_m, camera.bend_per_m
     return Pinhole(*seen, *lens)
-
-
-def quads_within(
-    heights: np.ndarray,
-    spacing_m: tuple[float, float],
-    camera: Camera,
-    size: tuple[int, int],
-    near_m: float,
-    tolerance_px: float,
-    void: np.ndarray | None = None,
-) -> tuple[Quadtree, Quadtree]:
-    """The coarsest restricted quadtree within a view's tolerance, and the coarsest unrestricted one.
-
-    A node is drawn as two triangles through its corners if the true error of each of its posts in the picture is within
-    the tolerance, for both diagonals. Else it is split. Restricted (Von Herzen, Barr 1987) means that neighbours differ
-    by at most one level: one more triangle on each edge with a finer neighbour then closes all cracks.
-    """
-    view = view_of(camera, size, near_m)
-    scale = _seen_posts(heights, spacing_m, view, void)
-    seen = nodes_in_picture(heights, spacing_m, view)
-    coarse = [np.zeros(seen[0].shape, bool)]
-    coarse += [(_worst_px(heights, scale, j) > tolerance_px) & seen[j] for j in range(1, len(seen))]
-    plain = unsplit(heights.shape, len(seen) - 1)
-    grow(plain, coarse)
-    return _count(_restricted(coarse), seen), _count(plain, seen, extra=0)
 
 
 def pruned_quads(
@@ -83,7 +50,8 @@ def pruned_quads(
     that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree costs less
     (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989). λ is found by bisection. Without restriction,
     no other quadtree of quads with as few triangles has a smaller error. The restricted tree is that tree, balanced
-    afterwards as in `quads_within`. It may not be the best restricted tree.
+    afterwards: neighbours then differ by at most one level (Von Herzen, Barr 1987), and one more triangle on each edge
+    with a finer neighbour closes all cracks. It may not be the best restricted tree.
 
     `weights` (rows, cols) are those of the posts in the mean and in the minimised sum, 1 by default.
     """
@@ -99,7 +67,7 @@ def pruned_quads(
 
     def restricted(log_lambda: float) -> tuple[int, float]:
         tree = _restricted(_prune(squares, seen, 2.0**log_lambda)[0])
-        return _count(tree, seen).triangles, _error_of(tree, squares)
+        return _count(tree, seen), _error_of(tree, squares)
 
     found = []
     for curve in (restricted, plain):
@@ -126,13 +94,6 @@ def _seen_posts(
 
 def _at(scale: ScreenScale, where: tuple[np.ndarray, np.ndarray]) -> ScreenScale:
     return ScreenScale(scale.px_m[where], scale.depth_m[where], scale.forward, scale.seen[where])
-
-
-def _worst_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:
-    """Largest true screen error of each node, drawn as two triangles, over its posts in the picture."""
-    here = _at(scale, per_node(*node_axes(heights.shape, level)))
-    shifts_px = (np.where(here.seen, shift_px(here, error), 0.0) for error in quad_errors(heights, level))
-    return np.maximum(*(shift.max((1, 3)) for shift in shifts_px))
 
 
 def _squares_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:
@@ -220,9 +181,10 @@ def _at_budgets(
     return np.array([n for n, _ in found]), np.array([error for _, error in found])
 
 
-def _count(splits: list[np.ndarray], seen: list[np.ndarray], extra: int = 1) -> Quadtree:
+def _count(splits: list[np.ndarray], seen: list[np.ndarray]) -> int:
+    """Triangles: two for each leaf in the picture, and one more for each of its edges with a finer neighbour."""
     triangles = 0
     for exists, split, in_picture in zip(existing(splits), splits, seen, strict=True):
         leaves = exists & ~split & in_picture
-        triangles += 2 * int(leaves.sum()) + extra * sum(int((leaves & finer).sum()) for finer in neighbours(split))
-    return Quadtree(splits, seen, triangles)
+        triangles += 2 * int(leaves.sum()) + sum(int((leaves & finer).sum()) for finer in neighbours(split))
+    return triangles

@@ -23,17 +23,3 @@ def drop_m(shape: tuple[int, ...], spacing_m: tuple[float, float], eye: np.ndarr
 def largest_sag_m(level: int, spacing_m: tuple[float, float], bend_per_m: float) -> float:
     """Bound of the sag in cells of 2^level posts, metres; 0 for the map's own cells and parts of them."""
     return bend_per_m * 4.0**level * (spacing_m[0] ** 2 + spacing_m[1] ** 2) / 4 if level > 0 else 0.0
-
-
-# A box is drawn between its lowest height minus its largest drop, and its highest height minus its smallest drop.
-
-
-def drop_range_m(
-    low: np.ndarray, high: np.ndarray, eye: np.ndarray, bend_per_m: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest and largest drop in boxes between world points low and high, (3, ...)."""
-    at = eye[:2].reshape(2, *[1] * (low.ndim - 1))
-    a, b = low[:2] - at, high[:2] - at
-    nearest = np.clip(0, a, b)
-    farthest = np.maximum(np.abs(a), np.abs(b))
-    return bend_per_m * np.square(nearest).sum(0), bend_per_m * np.square(farthest).sum(0)
