@@ -48,9 +48,9 @@ uvec2 words_of(float x) {
 void add_to_mean(Leaf leaf, float mean_px, bool is_land) {
     vec2 cells = vec2(min(leaf.origin + (1 << leaf.side_log2), u_last_post) - max(leaf.origin, ivec2(0)));
     float n = cells.x * cells.y, of_tolerance = mean_px / u_tolerance_px;
-    ATOMIC_ADD_64(s_squares, words_of(ceil(64.0 * n * of_tolerance * of_tolerance * (1.0 + exp2(-18.0)))));
+    ATOMIC_ADD_64(mesh_squares, words_of(ceil(64.0 * n * of_tolerance * of_tolerance * (1.0 + exp2(-18.0)))));
     float at_most = n < exp2(24.0) ? n : floor(n * (1.0 - exp2(-18.0)));  // a float may be rounded up
-    if (is_land) ATOMIC_ADD_64(s_land, words_of(at_most));
+    if (is_land) ATOMIC_ADD_64(mesh_land, words_of(at_most));
 }
 #endif
 
@@ -76,12 +76,12 @@ void main() {
 #endif
     shape[id].y = floatBitsToUint(shown_px) | (hidden ? HIDDEN : 0u);
     if (hidden) {
-        atomicAdd(s_hidden, 1u);
+        atomicAdd(mesh_hidden, 1u);
         return;
     }
-    atomicAdd(s_offset[segments_log2 * u_most_blocks + id / UNITS], 1u);
-    atomicAdd(s_count[segments_log2], 1u);
-    atomicAdd(s_triangles, uint(triangles_of(leaf, step_log2, steps)));
-    atomicAdd(s_splits, side_units_log2(word) < 3 ? 1u : 0u);
-    atomicMax(s_worst_px, floatBitsToUint(px.y));
+    atomicAdd(mesh_offset[segments_log2 * u_most_blocks + id / UNITS], 1u);
+    atomicAdd(mesh_count[segments_log2], 1u);
+    atomicAdd(mesh_triangles, uint(triangles_of(leaf, step_log2, steps)));
+    atomicAdd(mesh_splits, side_units_log2(word) < 3 ? 1u : 0u);
+    atomicMax(mesh_worst_px, floatBitsToUint(px.y));
 }

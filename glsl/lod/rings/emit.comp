@@ -11,8 +11,8 @@ layout(std430, binding = 6) writeonly buffer Patches { ivec4 patches[]; };  // m
 uniform int u_most_patches;
 
 uint place_of_hidden() {
-    uint place = atomicAdd(s_written, 1u);
-    for (int size = 0; size < SIZES; size++) place += s_count[size];
+    uint place = atomicAdd(mesh_written, 1u);
+    for (int size = 0; size < SIZES; size++) place += mesh_count[size];
     return place;
 }
 
@@ -27,7 +27,7 @@ void main() {
         uvec2 mine = shape[UNITS * b + unit];
         ivec2 corner = block.origin + (unit_at(unit) << block.unit_log2);
         bool hidden = (mine.y & HIDDEN) != 0u;
-        uint place = hidden ? place_of_hidden() : s_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
+        uint place = hidden ? place_of_hidden() : mesh_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
         if (place >= uint(u_most_patches)) continue;  // the view is chosen again with larger buffers
         patches[place] = ivec4(corner, mine.x, mine.y & ~HIDDEN);
     }

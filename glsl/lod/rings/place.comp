@@ -14,6 +14,6 @@ void main() {
     place_patches(thread, blocks, u_most_blocks);
     if (thread > 0) return;
     b_all.groups = uint(blocks + BLOCK_GROUP - 1) / uint(BLOCK_GROUP);
-    s_unagreed = b_queue[u_agreed & 7].count;
-    s_blocks = b_all.count;
+    mesh_unagreed = b_queue[u_agreed & 7].count;
+    mesh_blocks = b_all.count;
 }

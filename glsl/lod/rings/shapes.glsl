@@ -9,19 +9,19 @@
 
 layout(std430, binding = 4) buffer Shapes { uvec2 shape[]; };  // for each leaf number: shape, bound in pixels
 layout(std430, binding = 7) buffer Summary {
-    uint s_count[8];    // patches of each size
-    uint s_triangles;
-    uint s_splits;      // leaves smaller than their block
-    uint s_worst_px;    // the largest bound of a point among the patches, as the bits of a float
-    uint s_blocks;      // blocks that the view needs room for
-    uint s_unagreed;    // leaves that are queued for a further round of lod/rings/agree.comp
-    uint s_hidden;      // leaves that are hidden: lod/rings/hidden.glsl
-    uint s_written;     // records of hidden leaves that lod/rings/emit.comp has written
+    uint mesh_count[8];    // patches of each size
+    uint mesh_triangles;
+    uint mesh_splits;      // leaves smaller than their block
+    uint mesh_worst_px;    // the largest bound of a point among the patches, as the bits of a float
+    uint mesh_blocks;      // blocks that the view needs room for
+    uint mesh_unagreed;    // leaves that are queued for a further round of lod/rings/agree.comp
+    uint mesh_hidden;      // leaves that are hidden: lod/rings/hidden.glsl
+    uint mesh_written;     // records of hidden leaves that lod/rings/emit.comp has written
     // of a mean over the picture, 64 bits each: the sum of n b² over all patches, in 64ths of the squared tolerance;
     // the sum of n over those that are wholly in the picture and have no voids. n are cells, b is a patch's own mean.
-    uint s_squares[2];
-    uint s_land[2];
-    uint s_offset[];    // patches of each size in each block; lod/rings/place.comp replaces each by the sum before it
+    uint mesh_squares[2];
+    uint mesh_land[2];
+    uint mesh_offset[];  // patches of each size in each block; lod/rings/place.comp replaces each by the sum before it
 };
 
 int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // the axis along which the side runs
