@@ -1,5 +1,6 @@
 """The course: blanks fail, solutions pass, wrong answers are rejected."""
 
+import importlib
 import os
 import re
 import subprocess
@@ -400,3 +401,24 @@ def test_a_table_that_cannot_be_written_is_one_line(tmp_path, words, told):
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 1 and done.stdout == "" and told in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "name, page",
+    [
+        ("clusters", "CLUSTERS"),
+        ("meshlets", "CLUSTERS"),
+        ("depths", "CLUSTERS"),
+        ("pages", "SCALE"),
+        ("planet", "SCALE"),
+    ],
+)
+def test_the_map_of_the_field_says_what_its_experiments_print(name, page, capsys):
+    """The blanks are filled with the course's functions here."""
+    path = ROOT / "course" / "field" / f"{name}.py"
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    assert len(lines) <= 40
+    importlib.import_module(f"course.field.{name}").main()
+    text = (ROOT / "course" / f"FIELD_{page}.md").read_text(encoding="utf-8")
+    said = capsys.readouterr().out.splitlines()
+    assert said and [line for line in said if f"    {line}\n" not in text] == []
