@@ -339,6 +339,49 @@ def test_lesson_13_places_and_costs():
     assert max(cost(1), cost(2), cost(4)) < 4 * cost(2) < cost(8)
 
 
+def test_lesson_14_bounds_are_nested_and_hold():
+    """No mesh that leaves a post out, and all posts inside, is farther off there than the bound; no set has a gap."""
+    figure, rng = checking.load(LESSONS[14] / "figure.py"), np.random.default_rng(14)
+    mine, heights = figure.mine, rng.normal(0, 10, (33, 33))
+    bounds = mine.bounds(heights)
+    for error_m in np.quantile(bounds, (0.2, 0.5, 0.9, 0.99)):
+        active = bounds > error_m
+        assert np.abs(mine.surface(heights, active) - heights).max() <= error_m + 1e-9
+        for middle, _, other in mine.middles(33):
+            for sign in (-1, 1):  # the right angles of both triangles
+                y = middle[0] + sign * (other[1] - middle[1])
+                x = middle[1] - sign * (other[0] - middle[0])
+                there = (y >= 0) & (y < 33) & (x >= 0) & (x < 33)
+                corner = np.isin(y, (0, 32)) & np.isin(x, (0, 32))
+                assert (~active[middle][there] | corner[there] | active[y[there], x[there]]).all()
+
+
+def test_lesson_14_heights_within_an_error_are_an_interval():
+    """The shift on the screen grows with the rise, upwards and downwards, for cameras that look and roll anyhow."""
+    check, rng = checking.load(LESSONS[2] / "check.py"), np.random.default_rng(14)
+    for looks in (-1, 1):
+        axes, focal_px, extent = check.view(rng, looks)
+        p, v = check.points(rng, extent, 200), axes[:, 2]
+        for sign in (-1, 1):
+            rises = sign * np.linspace(0, 0.9, 40)[:, None] * p[2]
+            px = np.array([check.moved_px(p, v, focal_px, rise) for rise in rises])
+            assert (np.diff(px, axis=0) >= 0).all()
+
+
+def test_lesson_14_numbers_of_the_flight():
+    figure = checking.load(LESSONS[14] / "figure.py")
+    heights, px, scale = figure.flight()
+    found = figure.flights(heights, px)
+    for drawn, _ in found.values():
+        assert (np.abs(drawn - heights) * scale).max() <= figure.ERROR_PX
+    (anew, few), (lazy, _), (blended, many) = found.values()
+    (one, jump), (_, less), (other, _) = (figure.jumps(each, scale) for each in (anew, lazy, blended))
+    assert f"is {one.max():.2f} pixels, and {other.max():.2f} pixels with the blend" in page(14)
+    assert f"{less.mean():.0f} posts a frame jump" in page(14) and f"in place of {jump.mean():.0f}, but" in page(14)
+    more = f"{100 * (many.mean() / few.mean() - 1):.0f} per cent more"
+    assert f"{many.mean():.0f} posts in place of {few.mean():.0f}, {more}" in page(14)
+
+
 FACTS = (folders.HERE / "FACTS.md").read_text(encoding="utf-8")
 
 

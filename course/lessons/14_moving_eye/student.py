@@ -1,0 +1,103 @@
+"""Lesson 14: a moving eye.
+
+The map has n × n posts, n = 2^k + 1, and is cut into right triangles, as in lesson 6. A mesh is a set of posts,
+`active`: those in the middle of a longest side that is cut. The corners of the map are always there.
+"""
+
+import numpy as np
+
+
+def middles(n):
+    """Middles of longest sides, from coarse to fine: (rows, columns) of many middles, and of both ends. Done for you.
+
+    Use them as indices: heights[middle], heights[one], heights[other].
+    """
+    side = n - 1
+    while side > 1:
+        half = side // 2
+        y, x = np.mgrid[half:n:side, half:n:side]
+        turn = np.where((y // side + x // side) % 2 == 0, half, -half)  # the square's diagonal falls or rises
+        yield (y, x), (y - half, x - turn), (y + half, x + turn)
+        y, x = np.mgrid[0:n:side, half:n:side]
+        yield (y, x), (y, x - half), (y, x + half)
+        y, x = np.mgrid[half:n:side, 0:n:side]
+        yield (y, x), (y - half, x), (y + half, x)
+        side = half
+
+
+def bounds(heights):
+    """For each post a bound in metres of all meshes without it, at least those of the posts inside. Done for you."""
+    found = np.zeros(heights.shape)
+    for middle, one, other in reversed(list(middles(len(heights)))):
+        found[middle] += np.abs(heights[middle] - (heights[one] + heights[other]) / 2)
+        (y, x), dy, dx = middle, other[0] - middle[0], other[1] - middle[1]
+        for row, col in ((y + dx, x - dy), (y - dx, x + dy)):  # the right angles of both triangles
+            there = (row >= 0) & (row < len(heights)) & (col >= 0) & (col < len(heights))
+            np.maximum.at(found, (row[there], col[there]), found[middle][there])
+    found[:: len(heights) - 1, :: len(heights) - 1] = 0  # the map's corners
+    return found
+
+
+def pixels(heights, metres, spacing_m, eyes, focal_px):
+    """`metres` in pixels, for each eye (x, y, z), (frames, n, n): the error moves, and everything inside. Done for you.
+
+    The nearest place of the land inside counts, so a post has no less than the posts inside.
+    """
+    n = len(heights)
+    y, x = np.indices(heights.shape) * spacing_m
+    radius = np.zeros(heights.shape)
+    for middle, _, other in middles(n):
+        radius[middle] = 2.5 * spacing_m * np.hypot(other[0] - middle[0], other[1] - middle[1])
+    found = []
+    for east, south, up in eyes:
+        level = np.maximum(np.hypot(x - east, y - south) - radius, 0)
+        found.append(focal_px * metres / np.hypot(level, up - heights.max()))
+    return np.array(found)
+
+
+def surface(heights, active):
+    """14.1 The drawn height at every post: its own where a post is active, else on the line between the two ends.
+
+    returns   (n, n) metres
+    """
+    raise NotImplementedError("write this")
+
+
+def jump_px(before, after, scale):
+    """14.2 The largest jump of the land from one frame to the next.
+
+    before, after  drawn heights (n, n)
+    scale          pixels of a metre at each post, (n, n), in the later picture
+    returns        pixels
+    """
+    raise NotImplementedError("write this")
+
+
+def still(active, px, error_px, share):
+    """14.3 Hysteresis: the next active posts. A post joins if its px is above the error, and leaves at share · error.
+
+    active    bool (n, n), the posts of the frame before
+    px        bounds in pixels (n, n) in this frame
+    share     0 to 1; between the two limits nothing changes
+    """
+    raise NotImplementedError("write this")
+
+
+def held(px, error_px, period):
+    """14.4 The active posts of each key. A key holds in all frames in which it is drawn.
+
+    Key i stands at frame i · period. It is drawn, alone or blended, after frame (i - 1) · period and before frame
+    (i + 1) · period. The last key stands at the last frame or behind it.
+
+    px        bounds in pixels (frames, n, n)
+    returns   bool (keys, n, n)
+    """
+    raise NotImplementedError("write this")
+
+
+def fly(heights, px, error_px, period):
+    """14.5 The drawn surface of every frame: from key to key, each post moves evenly.
+
+    returns   (frames, n, n) metres
+    """
+    raise NotImplementedError("write this")
