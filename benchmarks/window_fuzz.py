@@ -26,7 +26,6 @@ from windowless import open_app  # noqa: E402
 from terrain_gl.camera import Camera  # noqa: E402
 from terrain_gl.heightmap import Heightmap  # noqa: E402
 from terrain_gl.renderer import Renderer  # noqa: E402
-from terrain_gl.viewer.lecture import Lecture, read_lecture  # noqa: E402
 from terrain_gl.viewer.loading import Opened  # noqa: E402
 
 EVENTS = 1000
@@ -56,8 +55,7 @@ def main(seconds: str = "300", seed: str = "1") -> int:
         app.viewer.settings.ui_scale = SCALES[number % len(SCALES)]
         if number % 2:
             viewer = app.viewer
-            viewer.lecture = Lecture(read_lecture(), viewer.scene, viewer.painter, viewer.explainer)
-            viewer.lecture.begin()
+            viewer.give_lecture()
         fuzz = Fuzz(app, number)
         for _ in range(EVENTS):
             fuzz.run(1)

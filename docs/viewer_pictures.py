@@ -25,7 +25,6 @@ from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.controller import Pose
-from terrain_gl.viewer.lecture import Lecture, read_lecture
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.settings import Settings
 
@@ -179,10 +178,9 @@ def lecture(app: App) -> None:
     """The second station of the lecture."""
     app.press("escape")
     app.press("shift+c")
-    viewer = app.viewer
-    viewer.lecture = Lecture(read_lecture(), viewer.scene, viewer.painter, viewer.explainer)
-    viewer.lecture.begin()
-    viewer.lecture.press("space")
+    app.viewer.give_lecture()
+    assert app.viewer.lecture
+    app.viewer.lecture.go_to(1)
 
 
 def sculpt(app: App) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..camera import Camera
 from ..image import png_bytes
-from ..lod import Selection
+from ..lod import RingsSelector, Selection
 from ..mesh import captured_triangles
 from .facts import Facts
 from .methods import BASELINES
@@ -174,6 +174,14 @@ class DrawnFrame:
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:
         """Corners and heights of all triangles, as `captured_triangles` returns them."""
         return captured_triangles(self.selection)
+
+    @cached_property
+    def steps_log2(self) -> list[int]:
+        """log2 of the posts between vertices, for each level of the drawn patches; none if the method has no levels."""
+        if not isinstance(self.selection.surface, RingsSelector):
+            return []
+        patches = self.selection.surface.chosen(self.selection)
+        return sorted(set(patches.step_log2[: self.selection.patches].tolist()))
 
     def summary(self) -> dict[str, Any]:
         """The request and the chosen mesh, with the keys of docs/stats.md."""

@@ -116,7 +116,9 @@ class Inspector:
         self._explainer = self._explainer or self.session.keep(PatchExplainer(self.session.ctx, self.terrain.defines))
         tolerance_px = options.tolerance_px if options.triangles is None else math.inf
         frame.look(frame.camera)  # the picture may have another eye
-        return self._explainer.explain(frame.selection, self._post(x, y), tolerance_px, options.metric)
+        explanation = self._explainer.explain(frame.selection, self._post(x, y), tolerance_px, options.metric)
+        frame.look()  # so that lines over the picture are drawn for its eye
+        return explanation
 
     @in_session
     def error_counts(self, lookup: Lookup, tiles: Rect) -> np.ndarray:

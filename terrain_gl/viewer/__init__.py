@@ -7,10 +7,12 @@ notebook                       the view in a notebook; it needs no window
 window, glfw_window            the GLFW window: events in, frames out
 app                            a viewer with panels; sends input to a panel, the camera or a command
 panels, sections, map_section, picture_section  the panels over the picture
-charts, file_list, help_page, orientation, profile_plot, tile_map  graphs, keys, north and scale, loaded tiles
+charts, file_list, help_page, orientation, profile_plot, overview, tile_map  graphs, keys, north, maps
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks                   clicks and drags; lines over the land
+tour                           turns around the land when nobody is there
+layers                         files over the land: tracks, outlines, names, a ground image
 lecture                        stations with a state of the window, and their texts
 memory, state                  settings that are remembered; a whole state as JSON
 sculpting, saver, explainer, store_tiles  the brush; saved files; why a patch has its detail; missing tiles

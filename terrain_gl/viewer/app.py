@@ -139,6 +139,7 @@ class App:
 
     def drop(self, path: str, x: float, y: float) -> None:
         """Take a file that the user drops on the land, or on a field for an image."""
+        self.viewer.tour.end()
         option = IMAGES.get(self.gui.widgets.at(x, y))
         if option:
             self.viewer.images.read(option, path)
@@ -158,6 +159,8 @@ class App:
 
         A key that is held is `repeated`. Together with Ctrl or Alt, a key moves no camera (`moves`).
         """
+        if self.viewer.tour.end():
+            return
         self.gui.key(key, True)
         if self.gui.takes_text:
             return
@@ -187,6 +190,7 @@ class App:
     # --- The mouse: pixels count from the upper left ------------------------------------------------------------------
 
     def mouse_down(self, button: str, x: float, y: float) -> None:
+        self.viewer.tour.end()
         if not self.captured:
             self.gui.button(button, True)
             if self.gui.covers(x, y):
@@ -199,6 +203,7 @@ class App:
         self.viewer.mouse.release(button, x, y)
 
     def mouse_move(self, x: float, y: float) -> None:
+        self.viewer.tour.touch()
         if not self.captured:
             self.gui.move(x, y)
         over_panels = not self.captured and self.gui.covers(x, y)
@@ -206,6 +211,7 @@ class App:
 
     def wheel(self, dx: float, dy: float, x: float, y: float, action: str = "") -> None:
         """The wheel turns; `action`: "zoom" with Ctrl, "speed" with Shift."""
+        self.viewer.tour.end()
         if not self.captured and self.gui.covers(x, y):
             self.gui.wheel(dx, dy)
         else:

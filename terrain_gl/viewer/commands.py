@@ -64,6 +64,13 @@ def _toggle_ruler(viewer: Viewer) -> None:
         viewer.window.say("ruler: click on the land; a double click ends the line, Esc puts it away")
 
 
+def _toggle_lecture(viewer: Viewer) -> None:
+    if viewer.lecture and viewer.lecture.station:
+        viewer.lecture.end()
+    else:
+        viewer.give_lecture()
+
+
 def _escape(viewer: Viewer) -> None:
     """Cancel one piece of work. If there is none, close one open thing. If nothing is open, ask whether to quit."""
     if viewer.cancel() or viewer.files.close():
@@ -80,6 +87,7 @@ def _escape(viewer: Viewer) -> None:
         viewer.explainer.explanation = None
     elif viewer.lecture and viewer.lecture.station:
         viewer.lecture.end()
+        viewer.window.say("Ctrl L goes on with the lecture")
     elif not viewer.explainer.close_one():
         viewer.ask_quit()
 
@@ -147,6 +155,7 @@ GROUPS: dict[str, list[Command]] = {
         Command("T", "split the picture: two methods, equal triangles", ("t",), lambda s: s.explainer.toggle_split()),
         Command("Shift T", "swap its sides; Ctrl T: the same land on both", ("shift+t",), lambda s: s.explainer.swap()),
         Command("", "", ("ctrl+t",), lambda s: s.settings.toggle("centred")),
+        Command("Ctrl L", "the lecture: begin, go on, or end", ("ctrl+l",), _toggle_lecture),
         Command("Z", "magnifying glass", ("z",), lambda s: s.explainer.toggle_lens()),
         Command("U", "the summed-area table, and a box of it", ("u",), lambda s: s.explainer.toggle_sums()),
     ],
@@ -170,7 +179,7 @@ GROUPS: dict[str, list[Command]] = {
         Command("O", "save the drawn mesh, for example as .glb", ("o",), lambda s: s.saver.save_mesh()),
         Command("K", "save bookmarks as a path for terrain-gl fly", ("k",), lambda s: s.saver.save_path()),
         Command("Ctrl O", "open a map", ("ctrl+o",), lambda s: s.files.open(s.scene.opened.key)),
-        Command("drop a file", "open a map: drop its file on the window"),
+        Command("drop a file", "open a map, or lay tracks and photos over it"),
     ],
 }
 

@@ -48,6 +48,7 @@ class Controller:
     mode: str = "fly"
     exaggeration: float = 1.0  # the ground is drawn this many times as high as the heightmap says
     bend_per_m: float = 0.0  # of the ground in the picture: `Camera.bend_per_m`
+    tour_deg_s: float = 0.0  # a tour: the turn around the middle without a key, in mode orbit
     eye: np.ndarray = field(init=False)
     azimuth_deg: float = field(init=False)
     elevation_deg: float = field(init=False)
@@ -299,7 +300,7 @@ class Controller:
         right, up, forward = np.sum([_MOVES[key] for key in self.held if key in _MOVES] or [(0, 0, 0)], axis=0)
         fast = FAST if "shift" in self.held else 1.0
         if self.mode == "orbit":
-            return fast * np.array([-TURN_DEG_S * right, -TURN_DEG_S * up, APPROACH * forward])
+            return fast * np.array([-TURN_DEG_S * right - self.tour_deg_s, -TURN_DEG_S * up, APPROACH * forward])
         flat = self.mode == "walk"
         ahead = np.cross([0, 0, 1], self.axes[0]) if flat else self.axes[2]
         direction = right * self.axes[0] + forward * ahead + [0, 0, 0 if flat else up]

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ..lod import RingsSelector
+from ..renderer.lines import posts_on_land
 from ..renderer.methods import BASELINES, METHODS
 from ..renderer.options import FrameOptions
 from ..verify.explain import Explanation
@@ -14,6 +16,9 @@ from .scene import Scene
 from .settings import BUDGETS, COMPARED, SCALE_PX
 
 LENS = 6.0  # magnification
+HIDDEN, BOX = "hidden", "box"  # patches that can be looked for: a hidden one, and one whose box has many tiles
+_TRIED = 64  # most patches that are tried, the largest ones first
+_FREE = (0.25, 0.75), (0.4, 0.85)  # the part of the window in which they are looked for, across and down
 
 
 class Explainer:
@@ -139,6 +144,41 @@ class Explainer:
         self.error_box = error_box.read(renderer, self.explanation) if self.explanation else None
         if self.explanation is None:
             self._window.say(_no_explanation(spec.sides[side].method))
+
+    def worst(self, side: int) -> np.ndarray | None:
+        """The place with the largest error of a side, (3,) in world metres; None until it is measured."""
+        at = self._painter.worst[side] if side < len(self._painter.worst) else None
+        return None if at is None else posts_on_land(self._scene.heightmap, np.array([at]))[0]
+
+    def find(self, what: str) -> tuple[float, float] | None:
+        """The pixel of a large patch that the eye sees in the free part of the window, `HIDDEN` or `BOX`; or None.
+
+        A hidden patch can be seen from another place than that of the frozen camera.
+        """
+        scene, (width, height) = self._scene, self._window.size
+        spec = scene.frame_spec()
+        selection = self._painter.mesh_of(scene.renderer, spec, 0).selection
+        if not isinstance(selection.surface, RingsSelector):
+            return None
+        with scene.renderer.session:
+            patches = selection.surface.chosen(selection)
+        places = posts_on_land(scene.heightmap, patches.corner + 0.5 * patches.size)
+        at = spec.camera.pixels(np.nan_to_num(places), (width, height))[:, :2]
+        (left, right), (top, bottom) = (
+            np.array(free) * side for free, side in zip(_FREE, (width, height), strict=True)
+        )
+        inside = (at[:, 0] > left) & (at[:, 0] < right) & (at[:, 1] > top) & (at[:, 1] < bottom)
+        is_hidden = np.arange(len(at)) >= selection.patches
+        found = np.flatnonzero(inside & (is_hidden == (what == HIDDEN)) & (patches.step_log2 > 0))
+        size = patches.side_log2 if what == HIDDEN else patches.side_log2 - patches.step_log2
+        for i in sorted(found.tolist(), key=lambda i: (-size[i], abs(at[i, 0] - 0.5 * width)))[:_TRIED]:
+            x, y = map(float, at[i])
+            seen = self._pointer.place_under(x, y)
+            if seen is not None and np.linalg.norm(seen - places[i]) < 0.5 * patches.size[i, 0] * min(
+                scene.heightmap.spacing_m
+            ):
+                return x, y
+        return None
 
     def follow_cursor(self) -> None:
         at = self._pointer.over_land

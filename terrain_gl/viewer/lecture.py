@@ -12,18 +12,35 @@ from pathlib import Path
 from typing import Any
 
 from ..basics.exceptions import UsageError
-from .explainer import Explainer
+from ..basics.words import metres
+from .explainer import BOX, HIDDEN, Explainer
 from .frame_stats import achieved_px
 from .painter import Painter
+from .pointer import Pointer
 from .scene import Scene
+from .sculpting import Sculpting
 from .settings import Settings
 from .state import apply, checked
 
 NEXT = "space", "right", "page down"
 BACK = "left", "page up"
-UNKNOWN = "…"  # a number that is not measured yet
-_NUMBERS = ("posts", "every", "triangles", "patches", "percent", "bound", "achieved", "cracks", "hidden")
-_NAMES = (*_NUMBERS, *(f"{name}_right" for name in _NUMBERS[2:]))
+UNKNOWN = "…"  # a number that is not known yet
+MEASURING = "being measured"
+_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush"}
+_NUMBERS = (
+    "posts",
+    "every",
+    "apart",
+    "times",
+    "triangles",
+    "patches",
+    "percent",
+    "bound",
+    "achieved",
+    "cracks",
+    "hidden",
+)
+_NAMES = (*_NUMBERS, *(f"{name}_right" for name in _NUMBERS[4:]))
 
 
 @dataclass(frozen=True)
@@ -33,8 +50,13 @@ class Station:
     name: str
     says: tuple[str, ...]
     asks: str
+    sees: str  # what a student must see in the picture
+    answers: str  # shown by the next key, before the next station; "" for none
     state: dict[str, Any]  # of the window: see `state.apply`
-    click: tuple[float, float] | None  # the place whose patch is explained, as shares of the window from the upper left
+    points: tuple[float, float] | None  # where the cursor is said to be, as shares of the window from the upper left
+    click: tuple[float, float] | str | None  # such a place whose patch is explained, or what `Explainer.find` looks for
+    lens: float  # magnification of the glass at the cursor; 0 for none
+    brush: bool  # whether the brush is taken
 
 
 def read_lecture(path: str | None = None) -> list[Station]:
@@ -56,82 +78,139 @@ def read_lecture(path: str | None = None) -> list[Station]:
 
 
 def _station(entry: dict[str, Any], where: str) -> Station:
-    rest = {key: value for key, value in entry.items() if key not in ("name", "says", "asks", "click")}
+    rest = {key: value for key, value in entry.items() if key not in _OWN}
     says = tuple(map(str, entry["says"]))
-    for sentence in (*says, entry["asks"]):
+    asks, sees, answers = str(entry["asks"]), *(str(entry.get(name, "")) for name in ("sees", "answers"))
+    for sentence in (*says, asks, answers):
         try:
             sentence.format_map(dict.fromkeys(_NAMES, ""))
         except (KeyError, ValueError, IndexError) as error:
             raise UsageError(f"{where}: numbers are {', '.join(_NAMES)}; got {error}") from None
     click = entry.get("click")
-    at = (float(click[0]), float(click[1])) if click else None
-    return Station(str(entry["name"]), says, str(entry["asks"]), checked(rest, where), at)
+    if isinstance(click, str) and click not in (HIDDEN, BOX):
+        raise UsageError(f"{where}: click: expected a place, {HIDDEN!r} or {BOX!r}, got {click!r}")
+    at = click if isinstance(click, str) else _pair(click)
+    own = _pair(entry.get("points")), at, float(entry.get("lens", 0.0)), bool(entry.get("brush"))
+    return Station(str(entry["name"]), says, asks, sees, answers, checked(rest, where), *own)
+
+
+def _pair(place: Any) -> tuple[float, float] | None:
+    return (float(place[0]), float(place[1])) if place else None
 
 
 class Lecture:
     """Shows the stations one after the other."""
 
-    def __init__(self, stations: list[Station], scene: Scene, painter: Painter, explainer: Explainer) -> None:
+    def __init__(
+        self,
+        stations: list[Station],
+        scene: Scene,
+        painter: Painter,
+        explainer: Explainer,
+        sculpting: Sculpting,
+        pointer: Pointer,
+    ) -> None:
         self.stations = stations
         self.number: int | None = None  # of the shown station, from 0 on
+        self.is_wanted = True  # whether stations are shown, also after another map was opened
+        self._last = 0  # the station that was shown last
+        self._is_answered = False  # whether the answer of this station is shown
         self._scene = scene
         self._painter = painter
         self._explainer = explainer
+        self._sculpting = sculpting
+        self._pointer = pointer
         self._before: Settings | None = None  # the user's own choices
-        self._click: tuple[float, float] | None = None  # a patch that is explained when the picture is complete
+        self._click: tuple[float, float] | str | None = None  # a patch that is explained when the picture is complete
 
     @property
     def station(self) -> Station | None:
         return None if self.number is None else self.stations[self.number]
 
     def begin(self) -> None:
-        """Show the first station. If another map was opened, show the same station again."""
+        """Show the first station, or the station that was shown last."""
         settings = self._scene.settings
         if self._before is None:
             self._before = replace(settings, sides=list(settings.sides))
         settings.panel = settings.help = False
-        settings.lens = 0.0
-        self._show(self.number or 0, travels=False)
+        self._show(self._last, travels=False)
+
+    def go_to(self, number: int) -> None:
+        """Travel to a station; the panel stays."""
+        settings = self._scene.settings
+        if self._before is None:
+            self._before = replace(settings, sides=list(settings.sides))
+        self._show(number, travels=True)
 
     def press(self, key: str) -> bool:
-        """If a key belongs to the lecture, show the next or the previous station; returns whether it does."""
-        if self.number is None or key not in (*NEXT, *BACK):
+        """If a key belongs to the lecture, show the answer, the next or the previous station; whether it does."""
+        if self.station is None or key not in (*NEXT, *BACK):
             return False
-        number = self.number + (1 if key in NEXT else -1)
-        self._show(min(max(number, 0), len(self.stations) - 1), travels=True)
+        if key in NEXT and self.station.answers and not self._is_answered:
+            self._is_answered = True
+            self._scene.window.refresh()
+            return True
+        number = (self.number or 0) + (1 if key in NEXT else -1)
+        if 0 <= number < len(self.stations):
+            self._show(number, travels=True)
         return True
 
     def end(self) -> None:
         """Restore the user's own choices; the camera stays."""
         self.number = None
+        self.is_wanted = False
         self._scene.frozen = None
+        self._sculpting.brushing = False
         self._explainer.explanation = None
         if before := self._before:
             self._explainer.take_sides(before.sides)
             settings = self._scene.settings
             settings.panel, settings.divider, settings.sums = before.panel, before.divider, before.sums
+            settings.lens, settings.swapped, settings.centred = before.lens, before.swapped, before.centred
         self._before = None
+        self._scene.window.refresh()
 
     def step(self, settled: bool) -> None:
         """Explain the patch of the station when the picture is complete."""
         if settled and self._click and not self._scene.controller.moving:
-            width, height = self._scene.window.size
-            x, y = self._click
-            self._click = None
-            self._explainer.explain(x * width, y * height)
+            click, self._click = self._click, None
+            at = self._explainer.find(click) if isinstance(click, str) else self._px(click)
+            if at:
+                self._explainer.explain(*at)
 
-    def texts(self) -> tuple[list[str], str]:
-        """The sentences and the question, with the numbers of the picture."""
+    @property
+    def next_words(self) -> str:
+        """What the next key shows."""
+        return "answer" if self.station and self.station.answers and not self._is_answered else "next"
+
+    def texts(self) -> tuple[list[str], str, str]:
+        """The sentences, the question, and the answer if it is shown, with the numbers of the picture."""
         station = self.station
         assert station
         numbers = self._numbers()
-        return [sentence.format_map(numbers) for sentence in station.says], station.asks.format_map(numbers)
+        answer = station.answers if self._is_answered else ""
+        says, asks, answer = (
+            [s.format_map(numbers) for s in part] for part in (station.says, [station.asks], [answer])
+        )
+        return says, asks[0], answer[0]
+
+    def _px(self, share: tuple[float, float]) -> tuple[float, float]:
+        width, height = self._scene.window.size
+        return share[0] * width, share[1] * height
 
     def _show(self, number: int, travels: bool) -> None:
-        self.number = number
+        station = self.stations[number]
+        self.number = self._last = number
+        self.is_wanted = True
+        self._is_answered = False
         self._explainer.explanation = None
-        self._click = self.stations[number].click
-        apply(self._scene, self._explainer, self.stations[number].state, travels)
+        self._click = station.click
+        apply(self._scene, self._explainer, station.state, travels)
+        self._scene.settings.lens = station.lens
+        if station.points:
+            self._pointer.last = self._pointer.over_land = self._px(station.points)
+        if station.brush != self._sculpting.brushing:
+            self._sculpting.toggle()
         self._scene.window.refresh()
 
     def _numbers(self) -> dict[str, str]:
@@ -139,6 +218,7 @@ class Lecture:
         columns, rows = self._painter.frame.posts
         every = 2 * (columns - 1) * (rows - 1)
         numbers = dict.fromkeys(_NAMES, UNKNOWN) | {"posts": f"{columns * rows:,}", "every": f"{every:,}"}
+        numbers["apart"] = metres(min(self._scene.heightmap.spacing_m))
         if self._painter.drawn is None or not self._painter.frame.way.is_full:
             return numbers
         measured: list[dict[str, float] | None] = [*self._painter.side_measured, None, None]
@@ -152,6 +232,9 @@ class Lecture:
                 f"percent{end}": f"{100 * stats['triangles'] / every:.2g} %",
                 f"bound{end}": "no bound" if bound_px is None else f"{bound_px:.3g} px",
                 f"cracks{end}": f"{stats['cracks']:,}" if "cracks" in stats else "no",
-                f"achieved{end}": UNKNOWN if error_px is None else f"{error_px:.3g} px",
+                f"achieved{end}": MEASURING if error_px is None else f"{error_px:.3g} px",
             }
+        if len(self._painter.side_stats) > 1:
+            left, right = (stats["triangles"] for stats in self._painter.side_stats)
+            numbers["times"] = f"{max(left, right) / max(min(left, right), 1):.3g}"
         return numbers

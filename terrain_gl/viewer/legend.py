@@ -1,7 +1,13 @@
 """The legend of a style: a ramp of colours, and the text at its ends. Twin: glsl/shade/drawn.glsl."""
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from ..basics.words import metres
+from ..heightmap import Heightmap
 from ..renderer.options import FrameOptions
 
 Colour = tuple[float, float, float]
@@ -44,8 +50,13 @@ class Legend(NamedTuple):
     middle: str = ""
 
 
-def legend(options: FrameOptions) -> Legend | None:
-    """The legend of a style; None if its colours need none."""
+def legend(options: FrameOptions, steps_log2: Sequence[int] = (), heightmap: Heightmap | None = None) -> Legend | None:
+    """The legend of a style; None if its colours need none.
+
+    With the levels in use, `DrawnFrame.steps_log2`, the legend of vertices shows only these, and metres.
+    """
+    if options.style == "lod" and steps_log2 and heightmap:
+        return _of_levels(steps_log2, heightmap)
     end_px = options.error_scale_px or options.tolerance_px or 1.0
     most = f"{end_px:.3g} px"
     over = f"Cyan: over {most}." if options.error_scale_px else "Cyan: over the tolerance."
@@ -59,3 +70,19 @@ def legend(options: FrameOptions) -> Legend | None:
         "visibility": Legend(VISIBLE, "neither", "sun alone", "Blue: the sky's share. Yellow: the sun's. White: both."),
         "error": Legend(INFERNO, "0", most, f"{over} Grey: not known.", between),
     }.get(options.style)
+
+
+def _of_levels(steps_log2: Sequence[int], heightmap: Heightmap) -> Legend:
+    """The colours of levels, as glsl/shade/lod.frag gives them; closer than every post is one colour."""
+    used = [step for step in steps_log2 if step > 0]
+    levels = [0, *used] if steps_log2[0] <= 0 else used
+    most = max(math.ceil(math.log2(max(heightmap.cols, heightmap.rows) - 1)) - 4, 1)
+    shares = np.clip(np.array(levels) / most, 0, 1) * (len(VIRIDIS) - 1)
+    ramp = [
+        tuple(float(np.interp(at, range(len(VIRIDIS)), channel)) for channel in zip(*VIRIDIS, strict=True))
+        for at in shares
+    ]
+    apart = [metres(2.0**level * min(heightmap.spacing_m)) for level in levels]
+    least = apart[0] if levels[0] else f"every post, {apart[0]}"
+    note = f"Distance of the vertices: {', '.join(apart)}. Borders of patches are dark."
+    return Legend(tuple(ramp * (3 - len(ramp[:2]))), least, apart[-1], note)

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from ..verify.explain import Explanation
 from . import charts, error_box, explain_text, file_list, help_page, orientation, profile_plot, sections
-from .legend import COLOURS, legend
+from .legend import COLOURS
 from .map_section import map_section
 from .picture_section import PictureSection
 from .theme import ACCENT, FONT_PX, INK_OF_NAMES, PAPER_OF_NAMES, WARNING
@@ -17,7 +17,8 @@ PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 LEGEND_EM = 18.0  # width of the legend that is shown without the panel
 _LINE_EM = 40.0  # least length of a lecture's lines, in heights of the typeface
 FULL_HD = 1080  # in windows with more rows of pixels than this, type grows with the window
-LARGE = 1.5  # size of the type of a lecture, relative to that of the panels; less in a narrow window
+LARGE = 1.7  # size of the type of a lecture's sentences, relative to that of the panels; less in a narrow window
+BACK_ROW = 1.25  # the same of legends and explanations
 LOW_EM = 36.0  # if fewer rows are free than this many heights of the typeface, explanations are short
 NARROW_EM = 11.0  # a side of a split picture has a legend if it is wider than this
 HINT_LINES = 3  # of the line of help under the panel
@@ -50,13 +51,16 @@ class Panels:
         self._foot_px = 0.0  # height of the part under the sections
         self._scrolls_to = ""  # a section that was just opened
         self._free_px = 0.0  # rows of pixels above the windows at the bottom
+        self._top_px = 0.0  # rows of pixels that the lecture takes at the top
         self._sections: dict[str, tuple[Callable[[Widgets, Viewer], None], str]] = {
             "Map": (map_section, "Which map is shown, and its scale."),
             "Detail": (sections.detail_section, "How fine the mesh is."),
             "Understand": (sections.understand_section, "How detail is chosen."),
+            "Layers": (sections.layers_section, "Tracks, outlines and a photo over the land."),
+            "Lecture": (sections.lecture_section, "Stations to show to a class."),
             "Sculpt": (sections.sculpt_section, "A brush that changes the land."),
             "Picture": (PictureSection().show, "How the picture looks."),
-            "Camera": (sections.camera_section, "Views, and how the camera moves."),
+            "Camera": (sections.CameraSection().show, "Views, and how the camera moves."),
             "Save": (sections.save_section, "Pictures, films, meshes and paths."),
         }
         self.opened = {title: title in _OPEN for title in self._sections}  # whether each section is open
@@ -84,11 +88,13 @@ class Panels:
             with ui.window("Save the map##save", (middle, 0.6 * height), (middle / width, 0.6), "escape"):
                 self._ask_path(ui)
         elif viewer.scene.is_visible:
+            ui.imgui.push_font(None, (BACK_ROW if self._top_px else 1.0) * FONT_PX)
             if self._taken(ui):
                 self._orientation(ui)
             else:
                 self._legend_alone(ui)
             self._explanations(ui)
+            ui.imgui.pop_font()
 
     def status_alone(self, ui: Widgets) -> None:
         """Build only the window with messages, because the others cannot be built."""
@@ -191,7 +197,7 @@ class Panels:
     def _legend_alone(self, ui: Widgets) -> None:
         """Build the legend of the colours at the lower left while the panel is hidden, for a projector."""
         options = self._settings.options
-        shown = None if self._settings.split or self._viewer.scene.is_preview else legend(options)
+        shown = None if self._settings.split else self._viewer.legend(0)
         if shown is None:
             return
         with self._at_bottom(ui, "##legend", MARGIN * ui.scale, 0.0):
@@ -202,24 +208,27 @@ class Panels:
             ui.imgui.text(f"{frame.stats.get('triangles', 0):,} triangles, {charts.error_words(frame)}")
 
     def _lecture(self, ui: Widgets) -> None:
-        """The station of a lecture in large type: its sentences and its question."""
+        """The station of a lecture in large type, at the top, where there is sky: sentences, question or answer."""
         lecture = self._viewer.lecture
+        self._top_px = 0.0
         if not (lecture and lecture.station and self._viewer.scene.has_map) or self._settings.help:
             return
         imgui = ui.imgui
-        sentences, question = lecture.texts()
-        width = self._viewer.window.size[0] - 2 * MARGIN * ui.scale
-        with self._at_bottom(ui, "##lecture", 0.5 * self._viewer.window.size[0], 0.5):
+        sentences, question, answer = lecture.texts()
+        taken, margin = self._taken(ui), MARGIN * ui.scale
+        width = self._viewer.window.size[0] - taken - 2 * margin
+        with ui.window("##lecture", (taken + margin, margin), (0.0, 0.0), takes_mouse=False):
             inner = width - 2 * imgui.get_style().window_padding.x
             imgui.dummy((inner, 0.0))
-            imgui.text_disabled(f"{lecture.station.name}   {(lecture.number or 0) + 1} of {len(lecture.stations)}")
+            name = f"{(lecture.number or 0) + 1} of {len(lecture.stations)}   {lecture.station.name}"
+            imgui.text_disabled(f"{name}   (Space: {lecture.next_words}, Left: back, Esc: end)")
             imgui.push_font(None, max(1.0, min(LARGE, width / (_LINE_EM * ui.em))) * FONT_PX)
             with ui.wrapped(inner):
                 for sentence in sentences:
                     imgui.text(sentence)
-                imgui.text_colored(ACCENT, question)
+                imgui.text_colored(ACCENT, answer or question)
             imgui.pop_font()
-            imgui.text_disabled("Space or right arrow: next   left arrow: back   Esc ends the lecture")
+            self._top_px = margin + imgui.get_window_size()[1] + margin
 
     def _status(self, ui: Widgets, middle: float) -> None:
         """Build one window for all present activities: a recording, a message, and long work."""
@@ -272,7 +281,7 @@ class Panels:
             is_right = self._viewer.explainer.at_px < 0.5 * (self._taken(ui) + width)  # beside its patch, not over it
             corner = (0.99 * width, 1.0) if is_right else (self._taken(ui) + 0.01 * width, 0.0)
             with ui.window("##patch", (corner[0], bottom), (corner[1], 1.0)):
-                self._patch(ui, patch, is_short=bottom < LOW_EM * ui.em)
+                self._patch(ui, patch, is_short=bottom - self._top_px < LOW_EM * ui.em)
         elif self._settings.sums:
             self._sums(ui)
 
@@ -289,7 +298,7 @@ class Panels:
         painter = self._viewer.painter
         frame = painter.frame
         options = self._settings.sides[side]
-        place = begin + 0.01 * columns if is_right else end - 0.01 * columns, 0.02 * rows
+        place = begin + 0.01 * columns if is_right else end - 0.01 * columns, max(0.02 * rows, self._top_px)
         with ui.window(f"##side {side}", place, (float(not is_right), 0.0)), ui.wrapped(width):
             shown = None
             if frame.is_sketch:
@@ -302,7 +311,7 @@ class Panels:
                 measured = painter.side_measured[side] if painter.side_measured else None
                 text = explain_text.side_line(options, stats, frame.is_preview, measured)
                 text += f"; in motion {words}" if words else ""
-                shown = legend(options) if not frame.is_preview and width > NARROW_EM * ui.em else None
+                shown = self._viewer.legend(side) if width > NARROW_EM * ui.em else None
             ui.imgui.text(text)
             ui.imgui.dummy((min(width, LEGEND_EM * ui.em), 0.0))  # the same width for all these texts: none is cut
             if shown:
@@ -330,6 +339,8 @@ class Panels:
             imgui.text(", ".join(orientation.place_lines(scene.heightmap, explainer.place)))
         imgui.text(explain_text.plain(patch))
         imgui.text_colored(ACCENT, explain_text.title(patch))
+        if is_short and patch.hidden_by:
+            return
         if explainer.error_box:
             error_box.show(ui, explainer.error_box)
             for line in error_box.lines(patch):

@@ -13,6 +13,7 @@ from ..renderer import Renderer
 from ..renderer.lines import on_land, posts_on_land
 
 HIGHEST = "highest"
+LARGEST = "largest error"
 _PAIR = re.compile(r"\s*([-−+]?\d*\.?\d+)\s*°?\s*([NSEWnsew]?)\s*[,; ]\s*([-−+]?\d*\.?\d+)\s*°?\s*([NSEWnsew]?)\s*")
 
 

@@ -1,5 +1,6 @@
 """Sculpting: takes the brush and puts it away, follows strokes, undoes them, and saves the map."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -13,6 +14,7 @@ from .recovery import Recovery
 from .scene import Scene
 
 MESSAGE_S = 10.0
+_RING = 0.25  # largest radius of a new ring, relative to half of the picture's height
 RESCUE_S = 3.0  # the recovery file is written this many seconds after the last stroke
 _NO_LAND = object()
 
@@ -73,7 +75,16 @@ class Sculpting:
             self.cancel()
         elif self.tool:
             self.brushing = True
+            self._fit_ring(self.tool)
             self._window.say("drag on the land to sculpt; the right button turns the camera; B puts the brush away")
+
+    def _fit_ring(self, tool: BrushTool) -> None:
+        """Make a ring smaller that would be larger than the picture."""
+        controller = self._scene.controller
+        at = controller.ground_at(0.0, 0.0) if self._pointer.place is None else self._pointer.place
+        if at is not None:
+            seen_m = float(np.linalg.norm(at - controller.eye)) * math.tan(math.radians(0.5 * controller.fov_deg))
+            tool.radius_m = max(min(tool.radius_m, _RING * seen_m), min(self._scene.heightmap.spacing_m))
 
     def cancel(self) -> None:
         """End the stroke, without its dabs that are still due."""

@@ -1,6 +1,9 @@
 """Sections of the panel: detail, understanding, sculpting, camera, saving."""
 
+import math
 from typing import Any, cast
+
+import numpy as np
 
 from ..files.export import FORMATS
 from ..files.views import VIEWS, straight_down
@@ -11,12 +14,14 @@ from ..renderer.options import CHOICES
 from . import tile_map
 from .brush_tool import BrushTool
 from .controller import MODES
-from .legend import COLOURS, legend
+from .legend import COLOURS
+from .overview import Overview
 from .pose import Pose
 from .saver import SIZES
 from .settings import BUDGETS, TOLERANCES_PX
+from .tour import REST_S
 from .viewer import Viewer
-from .widgets import Widgets
+from .widgets import PATH, Widgets
 
 TOLERANCE_HINTS = {
     "max": "The largest error of the surface on the screen (+ and -).",
@@ -68,7 +73,7 @@ def understand_section(ui: Widgets, viewer: Viewer) -> None:
     chosen = ui.choose("colours", colours[style], list(colours.values()), "What the colours of the land show.")
     if chosen != colours[style]:
         settings.change(style=next(style for style, words in colours.items() if words == chosen))
-    if (shown := legend(settings.options)) and not viewer.scene.is_preview:
+    if shown := viewer.legend(settings.active):
         ui.legend(shown)
     ui.tick("mesh over the picture", settings.options.wires, "The edges of all triangles, over any style (N).", "n")
     hint = "The levels stay as they were chosen for this camera. Fly around and look at them (L)."
@@ -88,6 +93,51 @@ def understand_section(ui: Widgets, viewer: Viewer) -> None:
     ui.imgui.text_disabled(
         "A click sculpts; B puts the brush away." if sculpts else "Click on the land to see why it is drawn so."
     )
+
+
+def layers_section(ui: Widgets, viewer: Viewer) -> None:
+    """Build the list of layers, the first one at the bottom."""
+    imgui = ui.imgui
+    layers = viewer.layers
+    hint = "GPX, KML, GeoJSON, or a photo of the ground (JPEG). Or drop files on the window."
+    if path := ui.enter("add", "", PATH, hint):
+        viewer.open(path)
+    for i, layer in enumerate(list(layers.layers)):
+        imgui.push_id(i)
+        if ui.tick(f"##{i}", layer.is_shown, f"Show {layer.name}, or hide it; saved pictures and films follow."):
+            layers.toggle(layer)
+        if not layer.is_image:
+            imgui.same_line()
+            colour = [each / 255 for each in layer.colour[:3]]
+            chosen, now = imgui.color_edit3("##colour", colour, imgui.ColorEditFlags_.no_inputs)
+            ui.hint(f"colour {i}", f"The colour of {layer.name}.")
+            if chosen:
+                red, green, blue = (round(255 * each) for each in now)
+                layers.paint(layer, (red, green, blue, 255))
+        for label, hint, act in (
+            ("-", "Draw it before the layer above this line.", layers.lower),
+            ("x", "Take it away.", layers.remove),
+        ):
+            imgui.same_line()
+            if ui.button(label, f"{layer.name}: {hint}"):
+                act(layer)
+        imgui.same_line()
+        imgui.text(layer.name)
+        imgui.pop_id()
+    if not layers.layers:
+        imgui.text_disabled("Drop tracks, outlines or a photo on the window.")
+
+
+def lecture_section(ui: Widgets, viewer: Viewer) -> None:
+    """Build the list of a lecture's stations."""
+    lecture = viewer.lecture
+    number = lecture.number if lecture else None
+    label = "End the lecture" if number is not None else "Go on" if lecture else "Begin the lecture"
+    ui.button(label, "Twelve stations on how detail is chosen, with large type (Ctrl L).", "ctrl+l")
+    for i, station in enumerate(lecture.stations if lecture else ()):
+        if ui.imgui.selectable(f"{i + 1}  {station.name}", i == number)[0] and lecture:
+            lecture.go_to(i)
+        ui.hint(station.name, station.sees or "Go to this station.")
 
 
 def sculpt_section(ui: Widgets, viewer: Viewer) -> None:
@@ -132,15 +182,28 @@ def metres_form(metres: float) -> str:
     return "%.0f m" if metres >= 100 else "%.3g m"
 
 
-def camera_section(ui: Widgets, viewer: Viewer) -> None:
-    """Build the section on the camera."""
+class CameraSection:
+    """The section on the camera, with its small map."""
+
+    def __init__(self) -> None:
+        self._overview = Overview()
+
+    def show(self, ui: Widgets, viewer: Viewer) -> None:
+        scene = viewer.scene
+        place = self._overview.show(ui, scene.controller, scene.heightmap, viewer.window.size)
+        if place is not None and np.isfinite(place).all():
+            viewer.travel_above(place)
+        _camera(ui, viewer)
+
+
+def _camera(ui: Widgets, viewer: Viewer) -> None:
     scene = viewer.scene
     controller = scene.controller
     names = ("fly to a view", *PRESETS)
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
         view = scene.of_view(PRESETS[name](controller.heightmap.coarse(), controller.fov_deg))
         controller.travel_to(Pose.of(scene.beside_panel(view)))
-    hint = "Coordinates as below at the right, highest, or a name of an overlay; the camera travels there."
+    hint = "Coordinates as at the lower right, highest, largest error, or a name of an overlay."
     if typed := ui.enter("go to", "", "a place, then Enter", hint):
         viewer.go_to(typed)
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
@@ -155,6 +218,9 @@ def camera_section(ui: Widgets, viewer: Viewer) -> None:
     hint = "Vertical angle (Ctrl wheel)."
     controller.fov_deg = ui.slide("field of view", controller.fov_deg, (1.0, 120.0), hint, "%.0f°")
     ui.tick("stay above ground", controller.above_ground, "Keep the camera above the land (G).", "g")
+    hint = f"After {REST_S / 60:g} minutes without input, the camera turns around the land; any key ends that."
+    if ui.tick("tour at rest", viewer.tour.after_s == REST_S, hint):
+        viewer.tour.after_s = math.inf if viewer.tour.after_s == REST_S else REST_S
     ui.button("Home", "Back to the first view (Home).", "home")
     ui.imgui.text_disabled("Bookmarks: + sets one; its number travels there.")
     for number in range(1, 10):

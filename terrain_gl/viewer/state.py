@@ -2,23 +2,28 @@
 
     {"view": "first", "sides": [{"style": "lod", "max_error_px": 2}], "divider": 0.5, "frozen": null, "sums": false}
 
-A view is a name of `files.views.VIEWS`, "first" for the map's own, or the numbers of a pose. Options that a side does
-not name have their defaults; but the sun is that of the map, and the look stays.
+A view is a name of `files.views.VIEWS`, "first" for the map's own, the numbers of a pose, or a place near a view:
+{"from": "first", "ahead": 0.1, "up": 0.2, "elevation_deg": -20}, by sides of the map. Options that a side does not name
+have their defaults; but the sun is that of the map, and the look stays.
 """
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
+
+import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Camera
 from ..files.views import VIEWS
+from ..heightmap import ground_m
 from ..renderer.options import FrameOptions
 from .explainer import Explainer
-from .pose import Pose
+from .pose import Pose, vector
 from .scene import Scene
 
 FIRST = "first"  # the view of the map itself
 _KEYS = {"view", "sides", "divider", "swapped", "centred", "frozen", "sums"}
+_BESIDE = {"from", "ahead", "up", "elevation_deg"}
 _OPTIONS = (
     *("style", "method", "metric", "max_error_px", "triangles", "wires", "error_scale_px", "contour_m", "water_m"),
     *("sun", "haze", "look", "voids", "surroundings", "grain", "sky", "material", "occlusion"),
@@ -51,6 +56,11 @@ def checked(state: Any, where: str) -> dict[str, Any]:
         for side in sides:
             _options(side, FrameOptions())
         for view in (state.get("view", FIRST), state.get("frozen") or FIRST):
+            if isinstance(view, dict) and "from" in view:
+                if unknown := sorted(set(view) - _BESIDE):
+                    raise UsageError(f"view: expected {', '.join(sorted(_BESIDE))}, got {', '.join(unknown)}")
+                _ = [float(view[name]) for name in set(view) - {"from"}]
+                view = view["from"]
             if not isinstance(view, str):
                 _ = Pose.read(view).camera
             elif view not in (FIRST, *VIEWS):
@@ -80,10 +90,25 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
 
 
 def _camera(scene: Scene, view: Any) -> Camera:
+    if isinstance(view, dict) and "from" in view:
+        return _beside(scene, **view)
     if not isinstance(view, str):
         return scene.drawn_pose(Pose.read(view)).camera
     named = scene.opened.camera if view == FIRST else VIEWS[view](scene.heightmap.coarse(), 45.0)
     return scene.of_view(named)
+
+
+def _beside(
+    scene: Scene, ahead: float = 0.0, up: float = 0.0, elevation_deg: float | None = None, **view: Any
+) -> Camera:
+    """A camera that stands before and above another one, by sides of the map; never under the ground."""
+    pose, heightmap = Pose.of(_camera(scene, view["from"])), scene.heightmap
+    side_m, azimuth = max(heightmap.extent_m), np.radians(pose.azimuth_deg)
+    eye = np.add(pose.eye, side_m * np.array([ahead * np.sin(azimuth), ahead * np.cos(azimuth), up]))
+    ground = scene.exaggeration * ground_m(heightmap, eye[None, :2])[0]
+    eye[2] = np.fmax(eye[2], ground + 0.01 * side_m)
+    tilt_deg = pose.elevation_deg if elevation_deg is None else elevation_deg
+    return replace(pose, eye=vector(eye), elevation_deg=tilt_deg).camera
 
 
 def _options(side: dict[str, Any], base: FrameOptions) -> FrameOptions:

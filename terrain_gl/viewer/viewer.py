@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import moderngl
+import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..gpu.passes import clear
@@ -21,14 +22,16 @@ from .file_dialog import FileDialog
 from .frame_budget import FrameBudget
 from .frame_stats import FrameStats
 from .image_reader import ImageReader
-from .lecture import Lecture
+from .layers import Layers, is_layer
+from .lecture import Lecture, Station, read_lecture
+from .legend import Legend, legend
 from .loading import Opened
 from .map_loader import MapLoader
-from .marks import lines_on_land, sums_frame
+from .marks import largest_error, lines_on_land, sums_frame
 from .memory import Memory
 from .mouse import Mouse
 from .painter import REST_S, Painter
-from .places import place_of
+from .places import LARGEST, place_of
 from .pointer import Pointer
 from .pose import Pose
 from .recovery import note_error
@@ -38,6 +41,7 @@ from .scene import Scene
 from .sculpting import Sculpting
 from .settings import Settings
 from .store_tiles import StoreTiles, never_wait
+from .tour import Tour
 from .window_state import Frame, Size, WindowState
 
 HINT_S = 10.0
@@ -81,12 +85,14 @@ class Viewer:
         self.explainer = Explainer(self.scene, self.pointer, self.painter)
         self.saver = Saver(self.scene, self.painter, self.budget)
         self.images = ImageReader(self.scene)
+        self.layers = Layers(self.scene, self.painter, self.saver, self.images)
         self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
         self.ruler = Ruler()
+        self.tour = Tour(self.scene)
         self.alarm = Alarm(None)
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
-        self.lecture: Lecture | None = None
+        self.lecture: Lecture | None = None  # once one was begun
         self.lost: list[Path] = []  # recovery files of windows that ended by an error
         self._lines: Lines | None = None
         self._moved_s: float | None = None
@@ -105,6 +111,7 @@ class Viewer:
         if self.window.closing:  # the user was asked; if the window ends otherwise, the recovery file stays
             self.sculpting.recovery.remove()
         self.images.join()
+        self.layers.join()
         self._remember_map()
         self.loader.cancel()
         if self.scene.has_map:
@@ -123,6 +130,7 @@ class Viewer:
         replaces_preview = scene.has_map and scene.awaits_map and opened.key == scene.opened.key
         never_wait(renderer)
         self._remember_map()
+        self.tour.end()
         self.painter.interrupt()
         self.sculpting.new_map(None if is_preview else BrushTool(renderer))
         self.saver.map_changed(is_new=True)
@@ -130,7 +138,7 @@ class Viewer:
         shown = opened.heightmap
         frame = FrameStats(Path(shown.name).name, (shown.cols, shown.rows), is_preview, is_preview and not opened.offer)
         self.painter.new_map(frame)
-        renderer.overlays = () if is_preview else opened.overlays
+        self.layers.new_map(opened, is_preview)
         if before:
             before.release()
         if not replaces_preview:
@@ -143,7 +151,7 @@ class Viewer:
         renderer.picture.has_bar = False
         renderer.timer.queries = Stopwatch.works(self.ctx)
         self.explainer.forget()
-        if self.lecture and not is_preview:
+        if self.lecture and self.lecture.is_wanted and not is_preview:
             self.lecture.begin()
 
     def _enter(self, opened: Opened, is_first: bool) -> None:
@@ -179,18 +187,40 @@ class Viewer:
             self.memory.note_map(scene.opened.key, pose, scene.bookmarks, look)
 
     def open(self, name: str) -> None:
-        """Load a bundled map or a file, unless edits would be lost."""
-        if self._may_leave():
+        """Load a bundled map or a file, unless edits would be lost; or show a file over the land: `layers.is_layer`."""
+        if is_layer(name):
+            self.layers.add(name)
+        elif self._may_leave():
             self.loader.open(name)
 
     def go_to(self, typed: str) -> None:
         """Travel to the place that a text names: see `places.place_of`."""
         try:
-            camera = self.scene.controller.above(place_of(self.scene.renderer, typed))
+            worst = self.explainer.worst(0) if typed.strip().lower() == LARGEST else None
+            self.travel_above(place_of(self.scene.renderer, typed) if worst is None else worst)
         except UsageError as error:
             self.window.say(str(error))
-        else:
-            self.scene.controller.travel_to(Pose.of(self.scene.beside_panel(camera)))
+
+    def travel_above(self, place: np.ndarray) -> None:
+        """Travel to where a place of the land, (3,) in world metres, is seen from above."""
+        camera = self.scene.controller.above(place)
+        self.scene.controller.travel_to(Pose.of(self.scene.beside_panel(camera)))
+
+    def legend(self, side: int) -> Legend | None:
+        """The legend of one side, with the levels of its mesh; None for a preview."""
+        scene, options = self.scene, self.settings.sides[side]
+        if scene.is_preview:
+            return None
+        steps = self.painter.steps_log2(scene.renderer, side) if options.style == "lod" else ()
+        return legend(options, steps, scene.heightmap)
+
+    def give_lecture(self, stations: list[Station] | None = None) -> None:
+        """Begin a lecture, by default the one of the package; or go on with it where it was left."""
+        if stations or not self.lecture:
+            parts = self.scene, self.painter, self.explainer, self.sculpting, self.pointer
+            self.lecture = Lecture(stations or read_lecture(), *parts)
+        if self.scene.has_map and not self.scene.awaits_map:
+            self.lecture.begin()
 
     def exaggerate(self, factor: float) -> None:
         """Draw the relief `factor` times as high as it is."""
@@ -285,6 +315,13 @@ class Viewer:
         return self.scene.controller.moving or self.painter.is_busy(self.scene.frame_spec())
 
     @property
+    def _is_used(self) -> bool:
+        """Whether something is open or at work that the user will come back to."""
+        shows = self.lecture is not None and self.lecture.station is not None
+        tools = self.sculpting.brushing or self.ruler.taken or self.saver.filming.running
+        return shows or tools or self.settings.help or bool(self.files.folder or self.sculpting.save_as is not None)
+
+    @property
     def settled(self) -> bool:
         """Whether the picture is complete: in full size, lit, with all dabs. Its error may not be measured yet."""
         if not self.scene.has_map or self.loader.job or self.tiles.are_coming or self.tiles.is_rebuilding:
@@ -296,7 +333,7 @@ class Viewer:
     @property
     def wait_s(self) -> float:
         """Seconds until a frame may be due without any event."""
-        if (self.loader.job and not self.loader.job.opened) or self.images.busy or self.files.busy:
+        if (self.loader.job and not self.loader.job.opened) or self.images.busy or self.layers.busy or self.files.busy:
             return 0.03
         if self.tiles.are_coming or self.tiles.is_rebuilding:
             return 0.02
@@ -347,6 +384,9 @@ class Viewer:
         self.window.end_message()
         self.sculpting.step()
         self.images.step()
+        self.layers.step()
+        if self.scene.has_map:
+            self.tour.step(may_begin=not (self.busy or self._is_used))
         self.files.step()
         self.mouse.step(now_s)
         if self.scene.has_map and not self.saver.step():
@@ -394,16 +434,17 @@ class Viewer:
         canvas.show(self.target, scene.split, self._lens)
         self.explainer.follow_cursor()
         lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
-        if lines and not self.saver.is_drawing:  # then the depths are those of the file's picture
+        around = [largest_error(scene, self.explainer, side) for side in range(scene.split.sides)]
+        if (lines or any(around)) and not self.saver.is_drawing:  # then the depths are those of the file's picture
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
             spec = scene.frame_spec()
             eye = spec.sides[0].seen(scene.heightmap, spec.camera)
             shrunk = 1 / scene.exaggeration, 1 / scene.exaggeration, 1.0  # so the renderer draws the land
-            lines = [(points * shrunk, colour) for points, colour in lines]
             picture, size = scene.renderer.picture, self.window.size
-            for first, last, shift in scene.split.parts(size[0]):
+            for own, (first, last, shift) in zip(around, scene.split.parts(size[0]), strict=True):
                 part = first, 0, last - first, size[1]
-                self._lines.draw(picture, eye, self.target, size, lines, 2 * self.window.scale, shift, part)
+                drawn = [(points * shrunk, colour) for points, colour in (*lines, *own)]
+                self._lines.draw(picture, eye, self.target, size, drawn, 2 * self.window.scale, shift, part)
         if (box := self.explainer.box) and not self.settings.help:
             canvas.show_sums(box, self.target, self.sums_frame)
 

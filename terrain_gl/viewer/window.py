@@ -16,11 +16,13 @@ from ..renderer.overlay import Overlay
 from .app import App
 from .glfw_window import library, open_window
 from .gui import load_imgui
-from .lecture import Lecture, Station, read_lecture
+from .layers import is_layer
+from .lecture import Station, read_lecture
 from .loading import LoadJob, Opened, Opener
 from .memory import Memory
 from .recovery import lost_land, offer_of, recovery_folder, state_path
 from .settings import UI_SCALES, Settings
+from .tour import REST_S
 from .window_state import MESSAGE_S
 
 SIZE = (1280, 720)
@@ -140,11 +142,12 @@ class Window:
         viewer = app.viewer
         viewer.loader.start(job)
         if stations:
-            viewer.lecture = Lecture(stations, viewer.scene, viewer.painter, viewer.explainer)
+            viewer.give_lecture(stations)
         viewer.window.capture_mouse = self._capture_mouse
         viewer.saver.on_copy = lambda text: self._glfw.set_clipboard_string(self._handle, text)
         viewer.saver.line_of = line_of
         viewer.files.has_desktop = True
+        viewer.tour.after_s = REST_S
         viewer.sculpting.recovery.folder = recovery_folder()
         viewer.alarm.folder = state_path().parent / "reports"
         viewer.lost = [path for path in lost_land(recovery_folder()) if not memory.knows(str(path))]
@@ -213,7 +216,7 @@ class Window:
             "mouse_button": self._on_button,
             "cursor_pos": self._on_cursor,
             "scroll": self._on_scroll,
-            "drop": lambda _, paths: self._app.drop(paths[0], *self._cursor_px),
+            "drop": lambda _, paths: self._drop(paths),
             "char": lambda _, character: self._app.write(character),
         }
         for event, listener in listeners.items():
@@ -237,6 +240,11 @@ class Window:
             return
         moves = not mods & (glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER)
         self._app.key_down(name, _combination(glfw, key, scancode, mods), action == glfw.REPEAT, moves)
+
+    def _drop(self, paths: list[str]) -> None:
+        """Take all layers, and one map."""
+        for path in dict.fromkeys([paths[0], *filter(is_layer, paths)]):
+            self._app.drop(path, *self._cursor_px)
 
     def _capture_mouse(self) -> bool:
         """Capture the mouse, or free it; returns whether it is captured now."""

@@ -183,6 +183,65 @@ def both_sides(viewer):
     return whole
 
 
+def test_lines_stay_where_they_are_when_a_frozen_patch_is_explained(viewer):
+    """The explanation reads the frozen camera's view; lines over the picture belong to the user's eye."""
+    viewer.settings.panel = False
+    viewer.settings.change(style="lod")
+    settle(viewer)
+    press(viewer, "l")
+    viewer.scene.controller.pose = Pose.of(Camera((-400.0, -500.0, 700.0), (550.0, 200.0, 150.0)))
+    settle(viewer)
+
+    def frustum():
+        viewer.draw()
+        return (np.abs(seen(viewer) - (255, 205, 120)).max(-1) < 40).nonzero()
+
+    before = frustum()
+    assert len(before[0]) > 100
+    for x in range(100, 300, 20):
+        viewer.explainer.explain(float(x), 100.0)
+        if viewer.explainer.explanation:
+            break
+    assert viewer.explainer.explanation
+    viewer.explainer.explanation = None
+    assert np.array_equal(frustum(), before)
+
+
+def test_a_ring_is_around_the_largest_error(viewer):
+    settle(viewer)
+    plain = seen(viewer)
+    assert viewer.explainer.worst(0) is not None
+    viewer.settings.change(style="error", max_error_px=4.0)
+    settle(viewer)
+    white = (seen(viewer) > 225).all(-1).nonzero()
+    assert len(white[0]) > 20 and (plain[white] > 225).all(-1).mean() < 0.5
+    row, col = (round(float(each.mean())) for each in white)
+    frame = viewer.painter.meshes[0]
+    place = viewer.explainer.worst(0)
+    assert np.abs(frame.camera.pixels(place[None], frame.size)[0] - (col, row)).max() < 2
+    with viewer.scene.renderer.session:  # it may be behind other land
+        view = frame.selection, frame.camera, frame.size, frame.near_m
+        errors = viewer.scene.renderer.inspector._measuring().at(np.array(viewer.painter.worst), *view)
+    assert errors[0] == pytest.approx(viewer.painter.side_measured[0]["max"])
+    pose = viewer.scene.controller.pose
+    viewer.go_to("largest error")
+    settle(viewer)
+    assert "no point" not in viewer.window.message and viewer.scene.controller.pose != pose
+
+
+def test_the_legend_of_levels_has_only_those_in_the_picture_in_metres(viewer):
+    viewer.settings.change(style="lod", max_error_px=2.0)
+    settle(viewer)
+    fine = viewer.legend(0)
+    viewer.settings.change(max_error_px=16.0)
+    settle(viewer)
+    coarse = viewer.legend(0)
+    assert fine.least != coarse.least or fine.note != coarse.note
+    mesh = viewer.painter.meshes[0]
+    assert coarse.most == f"{10 * 2 ** mesh.steps_log2[-1]:g} m"
+    assert mesh.steps_log2[0] > 0 and len(coarse.ramp) == max(len(mesh.steps_log2), 2)
+
+
 def test_the_sides_change_places_and_the_divider_moves_without_drawing(viewer, monkeypatch):
     settle(viewer)
     press(viewer, "t")

@@ -8,15 +8,14 @@ from viewers import settle, texts
 
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.viewer import state
-from terrain_gl.viewer.lecture import UNKNOWN, Lecture, read_lecture
+from terrain_gl.viewer.lecture import UNKNOWN, read_lecture
 from terrain_gl.viewer.marks import lines_on_land
 from terrain_gl.viewer.memory import Memory
 
 
 def begin(app, stations=None):
     viewer = app.viewer
-    viewer.lecture = Lecture(stations or read_lecture(), viewer.scene, viewer.painter, viewer.explainer)
-    viewer.lecture.begin()
+    viewer.give_lecture(stations)
     settle(app)
 
 
@@ -35,13 +34,22 @@ def test_the_lecture_has_twelve_stations_with_true_numbers(app):
             assert name not in "".join(station.says) or f"{stats['triangles']:,}" in told
         measured = app.viewer.painter.side_measured[0]["max"]
         assert "{achieved}" not in "".join(station.says) or f"{measured:.3g} px" in told
-        assert bool(app.viewer.explainer.explanation) == bool(station.click)
+        is_there = station.click != "hidden" or app.viewer.painter.side_stats[0]["patches_hidden"]
+        assert bool(app.viewer.explainer.explanation) == bool(station.click and is_there)
+        assert app.viewer.sculpting.brushing == station.brush and app.viewer.settings.lens == station.lens
+        app.key_down("space", "space")
+        assert app.viewer.lecture.number == number and app.viewer.lecture.texts()[2] in texts(app).replace("\n", " ")
         app.key_down("space", "space")
     assert app.viewer.lecture.number == 11
     app.key_down("left", "left")
     assert app.viewer.lecture.number == 10 and not app.viewer.scene.controller.held
+    app.press("escape")  # the brush of this station
     app.press("escape")
     assert app.viewer.lecture.station is None and app.viewer.settings == before
+    app.press("ctrl+l")
+    assert app.viewer.lecture.number == 10  # it goes on
+    app.viewer.lecture.end()
+    assert app.viewer.settings == before
     app.key_down("left", "left")
     assert "left" in app.viewer.scene.controller.held
 

@@ -1,0 +1,165 @@
+"""Layers over the land: tracks, outlines and names from files that the user drops on the window, and ground images.
+
+Renderer and options hold what is shown, so saved pictures, films and the names that one can go to have the same layers.
+"""
+
+import os
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+
+from ..renderer.draped import COLOURS
+from ..renderer.lines import Color
+from ..renderer.overlay import PLAIN, Overlay, read_overlay
+from .image_reader import ImageReader
+from .loading import Opened, in_a_line
+from .painter import Painter
+from .saver import Saver
+from .scene import Scene
+
+TRACKS = (".gpx", ".kml", ".kmz", ".tcx", ".nmea", ".igc", ".geojson", ".geojsonl", ".json", ".jsonl")
+PHOTOS = (".jpg", ".jpeg", ".webp")  # no map of heights has these endings
+
+
+@dataclass
+class Layer:
+    """A file over the land."""
+
+    path: str
+    colour: Color
+    overlay: Overlay | None = None  # None for an image, and until the file is read
+    is_shown: bool = True
+    is_coloured: bool = False  # whether the user chose the colour; otherwise the file's own colours come first
+
+    @property
+    def name(self) -> str:
+        return os.path.basename(self.path) or "overlay"
+
+    @property
+    def is_image(self) -> bool:
+        return self.path.lower().endswith(PHOTOS)
+
+    @property
+    def painted(self) -> Overlay:
+        """The overlay with the colour of the layer, which does not depend on the other layers."""
+        assert self.overlay
+        styles = self.overlay.styles or (PLAIN,) * (len(self.overlay.lines) + len(self.overlay.points))
+        if self.is_coloured:
+            return self.overlay._replace(styles=tuple(style._replace(stroke=self.colour) for style in styles))
+        return self.overlay._replace(
+            styles=tuple(style._replace(stroke=style.stroke or self.colour) for style in styles)
+        )
+
+
+def is_layer(path: str) -> bool:
+    """Whether a file is shown over the land, and is not a map itself."""
+    return path.lower().endswith((*TRACKS, *PHOTOS))
+
+
+class Layers:
+    """The layers of the map, the first one at the bottom."""
+
+    def __init__(self, scene: Scene, painter: Painter, saver: Saver, images: ImageReader) -> None:
+        self.layers: list[Layer] = []
+        self._scene = scene
+        self._painter = painter
+        self._saver = saver
+        self._images = images
+        self._key = ""  # of the map
+        self._waiting: list[Layer] = []  # layers whose files are to be read
+        self._reading: tuple[Layer, Future[Overlay]] | None = None
+        self._thread = ThreadPoolExecutor(1, "layer")
+
+    @property
+    def busy(self) -> bool:
+        return bool(self._reading or self._waiting)
+
+    def new_map(self, opened: Opened, is_preview: bool) -> None:
+        """Begin with the overlays of a map. If it is the same map, at another scale, dropped files are placed again."""
+        given = {overlay.path for overlay in opened.overlays}
+        dropped = [layer for layer in self.layers if layer.path not in given and opened.key == self._key]
+        self._key, self._reading = opened.key, None
+        self.layers = [Layer(each.path, self._colour(i), each) for i, each in enumerate(opened.overlays)] + dropped
+        self._waiting = [layer for layer in dropped if not layer.is_image]
+        if not is_preview:
+            self._lay()
+
+    def add(self, path: str) -> None:
+        """Show a file over the land, as soon as the map is there."""
+        layer = Layer(os.path.expanduser(path.strip()), self._colour(len(self.layers)))
+        if layer.is_image:
+            self._drop_images()
+            self._images.read("material", layer.path)
+            self.layers.append(layer)
+        else:
+            self._waiting.append(layer)
+
+    def step(self) -> None:
+        """Read the next file, or show a layer that was read."""
+        scene = self._scene
+        if self._waiting and not self._reading and scene.has_map and not scene.is_preview:
+            layer = self._waiting.pop(0)
+            self._reading = layer, self._thread.submit(read_overlay, layer.path, scene.heightmap)
+        if not self._reading or not self._reading[1].done():
+            return
+        layer, read = self._reading
+        self._reading = None
+        try:
+            layer.overlay = read.result()
+            if layer not in self.layers:
+                self.layers.append(layer)
+            self.changed()
+            shown = f"{len(layer.overlay.lines):,} lines, {len(layer.overlay.points):,} points"
+            scene.window.say(f"{layer.name}: {shown}; Layers, in the panel, has its colour")
+        except Exception as error:
+            self.layers = [each for each in self.layers if each is not layer]
+            scene.window.say(str(in_a_line(error, f"{layer.path}: cannot be read")))
+
+    def toggle(self, layer: Layer) -> None:
+        """Show a layer, or hide it."""
+        layer.is_shown = not layer.is_shown
+        if layer.is_image:
+            self._images.read("material", layer.path if layer.is_shown else "")
+        self.changed()
+
+    def paint(self, layer: Layer, colour: Color) -> None:
+        """Draw a layer in one colour."""
+        layer.colour, layer.is_coloured = colour, True
+        self.changed()
+
+    def lower(self, layer: Layer) -> None:
+        """Draw a layer before the one below it."""
+        at = self.layers.index(layer)
+        self.layers.insert(max(at - 1, 0), self.layers.pop(at))
+        self.changed()
+
+    def remove(self, layer: Layer) -> None:
+        self.layers.remove(layer)
+        if layer.is_image and layer.is_shown:
+            self._images.read("material", "")
+        self.changed()
+
+    def changed(self) -> None:
+        """Draw what has changed; a picture or film that is being saved would show both."""
+        self._saver.cancel("nothing was saved: the layers have changed")
+        if self._lay():
+            self._painter.light.stop()
+        self._painter.forget(at_once=True)
+
+    def join(self) -> None:
+        if self._reading:
+            wait([self._reading[1]])
+
+    def _lay(self) -> bool:
+        """Give the renderer what is shown; returns whether the colours of the land may have changed."""
+        before = self._scene.renderer.overlays
+        laid = tuple(layer.painted for layer in self.layers if layer.is_shown and layer.overlay)
+        self._scene.renderer.overlays = laid
+        return any(overlay.areas for overlay in (*before, *laid))
+
+    def _drop_images(self) -> None:
+        """There is one ground image at a time."""
+        self.layers = [layer for layer in self.layers if not layer.is_image]
+
+    @staticmethod
+    def _colour(number: int) -> Color:
+        return COLOURS[number % len(COLOURS)]

@@ -1,0 +1,100 @@
+"""Files that are dropped on the window: layers in the picture, in saved pictures, in another order and colour."""
+
+import json
+
+import numpy as np
+import pytest
+from viewers import load, seen, settle, texts
+
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.renderer import Renderer
+from terrain_gl.viewer.loading import Opened
+
+GREEN = (0, 255, 0, 255)
+
+
+@pytest.fixture
+def drop(app, tmp_path, monkeypatch):
+    """Drop a line across the map, from west to east, in metres from its corner."""
+    monkeypatch.chdir(tmp_path)
+
+    def dropped(name, north_m, **properties):
+        line = {"type": "LineString", "coordinates": [[100, north_m], [1200, north_m]]}
+        feature = {"type": "Feature", "geometry": line, "properties": properties}
+        (tmp_path / name).write_text(json.dumps({"type": "FeatureCollection", "crs": None, "features": [feature]}))
+        app.drop(str(tmp_path / name), 600, 300)
+        app.frame(app.viewer.window.now_s + 1)  # it begins to read
+        app.viewer.layers.join()
+        settle(app)
+        return app.viewer.layers.layers[-1]
+
+    return dropped
+
+
+def share(picture, colour):
+    """Share of the pixels that have about a colour."""
+    return (np.abs(picture - np.array(colour[:3])).max(-1) < 60).mean()
+
+
+def test_a_dropped_file_is_a_layer_that_can_be_switched_coloured_and_removed(app, drop):
+    plain = seen(app)
+    layer = drop("way.geojson", 600)
+    assert app.viewer.scene.opened.key == "hills" and "--trust" not in texts(app)  # the map stays
+    assert share(seen(app), layer.colour) > share(plain, layer.colour) + 2e-4
+    app.viewer.layers.toggle(layer)
+    settle(app)
+    assert share(seen(app), layer.colour) == pytest.approx(share(plain, layer.colour), abs=1e-5)
+    app.viewer.layers.toggle(layer)
+    app.viewer.layers.paint(layer, GREEN)
+    settle(app)
+    assert share(seen(app), GREEN) > share(plain, GREEN) + 2e-4
+    app.panels.opened["Layers"] = True
+    assert "way.geojson" in texts(app)
+    app.viewer.layers.remove(layer)
+    settle(app)
+    assert "way.geojson" not in texts(app) and not app.viewer.scene.renderer.overlays
+
+
+def test_the_last_layer_is_on_top_until_it_is_lowered(app, drop):
+    first, second = drop("a.geojson", 600), drop("b.geojson", 600)
+    assert first.colour != second.colour
+    over = share(seen(app), second.colour)
+    app.viewer.layers.lower(second)
+    settle(app)
+    assert app.viewer.layers.layers == [second, first]
+    assert share(seen(app), second.colour) < 0.5 * over
+
+
+def test_a_layer_is_in_the_saved_picture(app, drop, tmp_path):
+    layer = drop("way.geojson", 600, stroke="#00ff00")
+    assert share(seen(app), GREEN) > 2e-4  # the file's own colour
+    app.viewer.layers.toggle(layer)
+    app.press("p")
+    settle(app)
+    app.viewer.layers.toggle(layer)
+    settle(app)
+    app.press("p")
+    settle(app)
+    without, with_it = (load(tmp_path / f"hills-00{i}.png") for i in (1, 2))
+    assert share(with_it, GREEN) > share(without, GREEN) + 2e-4
+
+
+def test_a_file_that_is_no_layer_is_told_in_a_line_and_layers_follow_the_scale(app, drop, tmp_path):
+    layer = drop("way.geojson", 600)
+    (tmp_path / "bad.gpx").write_text("no track")
+    app.viewer.open(str(tmp_path / "bad.gpx"))
+    app.frame(app.viewer.window.now_s + 1)
+    app.viewer.layers.join()
+    app.frame(app.viewer.window.now_s + 1)
+    assert "bad.gpx" in app.viewer.window.message and app.viewer.layers.layers == [layer]
+    heights = app.viewer.scene.heightmap.heights
+    wider = Heightmap(heights, 20.0, "hills")
+    before = layer.overlay.lines[0]
+    opened = Opened(wider, app.viewer.scene.opened.camera, key="hills")
+    app.viewer.show(Renderer(wider, (320, 200), ctx=app.viewer.ctx), opened)
+    app.frame(app.viewer.window.now_s + 1)
+    app.viewer.layers.join()
+    settle(app)
+    assert np.ptp(layer.overlay.lines[0][:, 0]) == pytest.approx(0.5 * np.ptp(before[:, 0]))
+    app.viewer.show(Renderer(wider, (320, 200), ctx=app.viewer.ctx), Opened(wider, opened.camera, key="another"))
+    assert not app.viewer.layers.layers

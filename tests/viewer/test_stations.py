@@ -1,0 +1,47 @@
+"""Each station of the lecture shows its claim in pixels, at 1280 × 720; without it, the measure fails."""
+
+import pytest
+from stations import in_glass, levels, lines_across, measured
+from viewers import seen, settle
+
+from terrain_gl.files.maps import open_map
+from terrain_gl.renderer import Renderer
+from terrain_gl.viewer.loading import Opened
+
+
+@pytest.fixture(scope="module")
+def land():
+    heightmap, known = open_map("alpine-30m")
+    return Opened(heightmap, known.camera, known.sun, known.name)
+
+
+@pytest.mark.slow
+def test_each_station_shows_what_must_be_seen(make_app, land):
+    app = make_app((1280, 720), with_map=False)
+    viewer = app.viewer
+    viewer.show(Renderer(land.heightmap, (1280, 720), ctx=viewer.ctx), land)
+    viewer.give_lecture()
+    dark = {}
+    for number, station in enumerate(viewer.lecture.stations, 1):
+        viewer.lecture.go_to(number - 1)
+        settle(app)
+        shown, is_seen = measured(number, app)
+        assert is_seen, (number, station.name, shown)
+        if number in (2, 7):
+            dark[number] = levels(app)[0]
+        # the same measure does not hold without what the station shows
+        if number == 1:
+            viewer.settings.change(wires=False)
+            before = lines_across(in_glass(app))
+            settle(app)
+            assert lines_across(in_glass(app)) < 0.6 * before
+        elif number in (3, 6, 9, 10):
+            left, right = viewer.settings.sides
+            viewer.explainer.take_sides([left, left])
+            settle(app)
+            assert not measured(number, app)[1], (number, station.name)
+        elif number in (5, 8):
+            app.press("escape")
+            settle(app)
+            assert (abs(seen(app) - (255, 120, 90)).max(-1) <= 40).sum() < 10
+    assert dark[7] > dark[2] + 0.2
