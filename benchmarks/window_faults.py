@@ -9,6 +9,7 @@ of the chapter again, and a test compares their numbers.
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 import time
@@ -141,6 +142,88 @@ class Faults(Tour):
         labels = [label for label in self.state["labels"] if label.endswith(" m")]
         self.does(lambda s: not s["labels"], "key", "shift+c")
         return f"{len(labels)} labels, such as {labels[0]}"
+
+    def fault_8_lecture(self):
+        """Esc ended the lecture, and nothing opened it again; questions had no answers; type was small."""
+        self.does(lambda s: s["station"] == 0 and not s["busy"], "key", "ctrl+l")
+        self.does(lambda s: any("A small part" in text for text in s["texts"]), "key", "space")
+        self.does(lambda s: s["station"] == 1 and not s["busy"], "key", "space")
+        self.shoot("station-2")
+        self.does(lambda s: s["station"] is None, "key", "Escape")
+        self.does(lambda s: s["station"] == 1 and not s["busy"], "key", "ctrl+l")
+        self.does(lambda s: s["station"] is None, "key", "Escape")
+        self.home()
+        return "Space shows the answer, then station 2; after Esc, Ctrl L goes on there"
+
+    def fault_9_film(self):
+        """While a film was drawn, keys did nothing for 30 s, and no time left was said."""
+        self.does(lambda s: s["drawing"], "key", "ctrl+r")
+        self.does(lambda s: any(" left;" in text for text in s["texts"]))
+        told = next(text for text in self.state["texts"] if " left;" in text)
+        begun_s = time.monotonic()
+        self.does(lambda s: s["contour_m"] == 0.0, "key", "shift+c")
+        took_s = time.monotonic() - begun_s
+        self.shoot("film", settled=False)
+        self.does(lambda s: not s["drawing"] and s["contour_m"] is None, "key", "shift+c", "sleep", 1, "key", "Escape")
+        return f"it says {told!r}; a key is followed after {took_s:.1f} s"
+
+    def fault_a_explanation(self):
+        """The explanation covered the patch that it explains; a tooltip resized the panel."""
+        for x in (500, 1150):
+            self.point_at(x, 500)
+            self.does(lambda s: s["explained"], "click", 1)
+            self.shoot(f"explained-{x}")
+            _, left, top, right, bottom = next(each for each in self.state["windows"] if each[0].startswith("##patch"))
+            assert not (left <= x <= right and top <= 500 <= bottom), (x, left, right)
+            self.does(lambda s: not s["explained"], "key", "Escape")
+
+        def panel():
+            return next(each for each in self.state["windows"] if each[0].endswith("###panel"))
+
+        heights = []
+        for label in ("tolerance", "metric", "triangles", "method"):
+            place = self.place_of(label)
+            self.screen.do("mousemove", round(place[0] + 5), round(place[1] + 5), "sleep", 1)
+            heights.append(panel()[4])
+        assert len(set(heights)) == 1, heights
+        return "at both sides it is beside the patch; the panel has one size under four controls with help"
+
+    def fault_b_layers(self):
+        """A track could not be added in the window; a GeoJSON file was told to use --trust."""
+        east, north = 3000, 3000
+        line = {"type": "LineString", "coordinates": [[east, north], [10 * east, 10 * north]]}
+        (self.cwd / "way.geojson").write_text(json.dumps({"crs": None, **line}))
+        self.fold("Detail", "Understand", "Layers")
+        left, top, right, bottom = self.place_of("add")
+        self.screen.do("mousemove", round(left + 20), round((top + bottom) / 2), "click", 1, "sleep", 0.5)
+        self.screen.do("type", "--delay", 60, "way.geojson")
+        self.does(lambda s: s["layers"] == ["way.geojson"], "key", "Return")
+        self.shoot("layers")
+        told = self.state["message"]
+        self.fold("Detail", "Understand", "Layers")
+        return f"the file is a layer: {told}"
+
+    def fault_c_waits(self):
+        """The window took no input for seconds, for example at 0.03 px. Today's longest frames, in seconds."""
+        told = []
+        for name, keys, back in (
+            ("tolerance 1/32 px", ["minus"] * 10, ["plus"] * 10),
+            ("style lod", ["Tab"], ["shift+Tab"]),
+            ("split", ["t"], ["t"]),
+            ("summed-area table", ["u"], ["u"]),
+        ):
+            begun_s = time.monotonic()
+            for key in keys:
+                self.screen.do("key", key)
+            time.sleep(1)
+            self.does(lambda s: not s["busy"] and s["measured"])
+            slow = [seconds for at_s, seconds in self.state["slow"] if at_s >= begun_s]
+            told.append(f"{name} {max(slow, default=0.1):.2f} of {time.monotonic() - begun_s:.0f}")
+            for key in back:
+                self.screen.do("key", key)
+            time.sleep(1)
+            self.does(lambda s: not s["busy"] and s["measured"])
+        return "; ".join(told)
 
 
 def main(folder: str, name: str = "alpine-30m") -> int:

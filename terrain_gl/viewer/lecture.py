@@ -189,10 +189,8 @@ class Lecture:
         assert station
         numbers = self._numbers()
         answer = station.answers if self._is_answered else ""
-        says, asks, answer = (
-            [s.format_map(numbers) for s in part] for part in (station.says, [station.asks], [answer])
-        )
-        return says, asks[0], answer[0]
+        says = [sentence.format_map(numbers) for sentence in station.says]
+        return says, station.asks.format_map(numbers), answer.format_map(numbers)
 
     def _px(self, share: tuple[float, float]) -> tuple[float, float]:
         width, height = self._scene.window.size

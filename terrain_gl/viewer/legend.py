@@ -78,10 +78,10 @@ def _of_levels(steps_log2: Sequence[int], heightmap: Heightmap) -> Legend:
     levels = [0, *used] if steps_log2[0] <= 0 else used
     most = max(math.ceil(math.log2(max(heightmap.cols, heightmap.rows) - 1)) - 4, 1)
     shares = np.clip(np.array(levels) / most, 0, 1) * (len(VIRIDIS) - 1)
-    ramp = [
-        tuple(float(np.interp(at, range(len(VIRIDIS)), channel)) for channel in zip(*VIRIDIS, strict=True))
-        for at in shares
-    ]
+    red, green, blue = (
+        np.interp(shares, range(len(VIRIDIS)), channel).tolist() for channel in zip(*VIRIDIS, strict=True)
+    )
+    ramp = list(zip(red, green, blue, strict=True))
     apart = [metres(2.0**level * min(heightmap.spacing_m)) for level in levels]
     least = apart[0] if levels[0] else f"every post, {apart[0]}"
     note = f"Distance of the vertices: {', '.join(apart)}. Borders of patches are dark."

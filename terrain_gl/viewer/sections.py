@@ -189,11 +189,11 @@ class CameraSection:
         self._overview = Overview()
 
     def show(self, ui: Widgets, viewer: Viewer) -> None:
+        _camera(ui, viewer)
         scene = viewer.scene
         place = self._overview.show(ui, scene.controller, scene.heightmap, viewer.window.size)
         if place is not None and np.isfinite(place).all():
             viewer.travel_above(place)
-        _camera(ui, viewer)
 
 
 def _camera(ui: Widgets, viewer: Viewer) -> None:

@@ -7,12 +7,16 @@ in pixels, and the windows of the panels.
 import json
 import os
 import sys
+import time
+from collections import deque
 
 from viewers import Listening
 
 from terrain_gl.cli.line import command_line
 from terrain_gl.viewer import window
 from terrain_gl.viewer.loading import file_opener
+
+FRAMES = deque(maxlen=2000)  # when each of the last frames began, and its seconds: no event is handled meanwhile
 
 
 def state_of(app, listening):
@@ -22,6 +26,9 @@ def state_of(app, listening):
     told = {"busy": viewer.busy or not viewer.settled, "message": viewer.window.message, "error": app.viewer.ctx.error}
     told |= {"windows": listening.windows, "texts": listening.texts, "places": app.gui.widgets.places}
     told |= {"opened": app.panels.opened, "list": app.gui.covers(-1, -1)}  # an open list covers everything
+    told |= {"slow": [frame for frame in FRAMES if frame[1] > 0.1]}
+    lecture = viewer.lecture
+    told |= {"station": lecture.number if lecture else None, "layers": [each.name for each in viewer.layers.layers]}
     told |= {"recording": viewer.saver.filming.running, "drawing": bool(viewer.saver.shot)}
     if scene.has_map:
         controller, options = scene.controller, viewer.settings.options
@@ -51,7 +58,9 @@ class Telling(window.Window):
             widgets.imgui = Listening(widgets.imgui)
         listening = widgets.imgui
         listening.texts, listening.windows, before = [], [], (listening.texts, listening.windows)
+        begun_s = time.monotonic()
         super()._frame()
+        FRAMES.append((begun_s, time.monotonic() - begun_s))
         if not listening.windows:  # nothing was drawn
             listening.texts, listening.windows = before
         if self._app.viewer.sculpting.tool or not self._app.viewer.scene.has_map:
