@@ -51,8 +51,6 @@ class Achieved:
         Number of places in the picture that no triangle covers, hidden land aside: 0 for a mesh without holes.
     share
         Share of the places in the picture that are drawn: 1 unless hidden land is left out.
-    at
-        Column and row of the post, or of the place between posts, with the largest error; None without land.
     """
 
     max_px: float
@@ -61,7 +59,6 @@ class Achieved:
     posts: int
     uncovered: int
     share: float = 1.0
-    at: tuple[float, float] | None = None
 
 
 class _Part(NamedTuple):
@@ -119,7 +116,6 @@ class Measurement:
         """Incremental `achieved`, in regions of at most `tile` posts a side; yields progress from 0 to 1."""
         largest = largest_at_posts = total = area = 0.0
         places = posts = uncovered = seen = 0
-        at = None
         hidden = _hidden_boxes(selection)
         regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), camera, size, near_m))
         for done, region in enumerate(regions, 1):
@@ -136,14 +132,11 @@ class Measurement:
                 drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
                 places = places + len(drawn)
                 posts = posts + len(at_posts)
-                if len(drawn) and (at is None or drawn.max() > largest):
-                    row, col = np.unravel_index(np.nanargmax(part.px), part.px.shape)
-                    at = (part.region[0] + int(col)) / PLACES, (part.region[1] + int(row)) / PLACES
-                    largest = float(drawn.max())
+                largest = max(largest, float(drawn.max(initial=0.0)))
                 largest_at_posts = max(largest_at_posts, float(at_posts.max(initial=0.0)))
             yield done / len(regions)
         rms_px = float(np.sqrt(total / area)) if area else 0.0
-        return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0, at)
+        return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
 
     def at(
         self, places: np.ndarray, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float

@@ -1,6 +1,7 @@
 """The canvas holds the picture of each side, and puts them together in the window."""
 
 import moderngl
+import numpy as np
 
 from ..gpu import gl
 from ..gpu.passes import DrawPass, State
@@ -33,6 +34,12 @@ class Canvas:
         """Forget the pictures of other sides than the first ones."""
         for side in [each for each in self._pictures if each >= sides]:
             gl.release_with_pixels(self._pictures.pop(side)[1])
+
+    def pixels(self, side: int) -> np.ndarray:
+        """(height, width, 3): the picture of a side, the top row first."""
+        width, height = self.size
+        pixels = np.frombuffer(self._pictures[side][0].read(), np.uint8)
+        return pixels.reshape(height, width, 4)[::-1, :, :3].astype(int)
 
     def show(
         self,

@@ -17,6 +17,7 @@ from .settings import BUDGETS, COMPARED, SCALE_PX
 
 LENS = 6.0  # magnification
 HIDDEN, BOX = "hidden", "box"  # patches that can be looked for: a hidden one, and one whose box has many tiles
+_GREY = 20  # largest difference of the channels of a grey pixel
 _TRIED = 64  # most patches that are tried, the largest ones first
 _FREE = (0.25, 0.75), (0.4, 0.85)  # the part of the window in which they are looked for, across and down
 
@@ -35,6 +36,7 @@ class Explainer:
         self.place: np.ndarray | None = None  # the place that was clicked last, in world metres; None for the sky
         self.at_px = 0.0  # the column of pixels that was clicked last
         self.box: BoxSum | None = None  # the box of the summed-area table under the cursor
+        self._worst: dict[int, tuple[object, np.ndarray | None]] = {}  # by side: of which picture, and where
         self._split_from: tuple[FrameOptions, FrameOptions] | None = None  # options before a split, and its left side
 
     def forget(self) -> None:
@@ -146,9 +148,25 @@ class Explainer:
             self._window.say(_no_explanation(spec.sides[side].method))
 
     def worst(self, side: int) -> np.ndarray | None:
-        """The place with the largest error of a side, (3,) in world metres; None until it is measured."""
-        at = self._painter.worst[side] if side < len(self._painter.worst) else None
-        return None if at is None else posts_on_land(self._scene.heightmap, np.array([at]))[0]
+        """The place with the largest error that a side shows, (3,) in world metres; None but in the style "error"."""
+        scene, painter = self._scene, self._painter
+        if side >= len(scene.settings.sides) or scene.settings.sides[side].style != "error":
+            return None
+        if painter.drawn is None or not painter.frame.way.is_full or painter.drawn != scene.frame_spec():
+            return None
+        key = painter.drawn, scene.split, side
+        if self._worst.get(side, (None,))[0] != key:
+            self._worst[side] = key, self._worst_place(side)
+        return self._worst[side][1]
+
+    def _worst_place(self, side: int) -> np.ndarray | None:
+        """The land under the brightest pixel, or under one that is over the scale."""
+        first, last, shift = self._scene.split.parts(self._window.size[0])[side]
+        pixels = self._painter.canvas.pixels(side)[:, first - shift : last - shift]
+        bright = np.where(np.ptp(pixels, -1) < _GREY, 0, pixels.sum(-1))  # sky, and land without a known error
+        is_over = pixels[..., 2] > pixels[..., 0] + 128
+        row, col = np.unravel_index((bright + 1000 * is_over).argmax(), bright.shape)
+        return self._pointer.place_under(first + float(col) + 0.5, float(row) + 0.5)
 
     def find(self, what: str) -> tuple[float, float] | None:
         """The pixel of a large patch that the eye sees in the free part of the window, `HIDDEN` or `BOX`; or None.

@@ -51,8 +51,7 @@ def lines_on_land(
 
 def largest_error(scene: Scene, explainer: Explainer, side: int) -> list[Line]:
     """A circle around the largest error of a side, if its colours show errors."""
-    worst = explainer.worst(side)
-    if worst is None or scene.settings.sides[side].style != "error":
+    if (worst := explainer.worst(side)) is None:
         return []
     return [(_circle(worst, scene, _WORST) / (1.0, 1.0, scene.exaggeration), _BRUSH)]
 

@@ -47,7 +47,6 @@ class Painter:
         self.frame = FrameStats("", (0, 0))  # numbers of the last picture
         self.side_stats: list[Stats] = []  # numbers of each side of the last picture
         self.side_measured: list[dict[str, float]] = []  # achieved error by metric; none until all sides are measured
-        self.worst: list[tuple[float, float] | None] = []  # column and row of the largest error of each side
         self.meshes: list[DrawnFrame] = []  # of each side of the last picture
         self.drawn: FrameSpec | None = None  # what the canvas shows; None if the canvas is out of date
         self.has_picture = False  # whether the canvas shows anything
@@ -288,7 +287,6 @@ class Painter:
         self.labels = [each._replace(x=across * each.x, y=down * each.y) for each in labels_of(renderer, spec)]
         self.frame.measured_px = None
         self.side_measured = []
-        self.worst = []
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
         self.history.add(stats[0])
         self._budget.note(sum(map(drawing_ms, stats)), way)
@@ -303,11 +301,10 @@ class Painter:
 
     def _measure_steps(self, renderer: Renderer) -> Steps[None]:
         """Measure each side; yields progress from 0 to 1 for each."""
-        found = []
+        measured = []
         for mesh in self.meshes:
-            found.append((yield from renderer.inspector.measure_steps(MEASURED_POSTS, mesh)))
-        measured = [{"max": achieved.max_px, "rms": achieved.rms_px} for achieved in found]
-        self.worst = [achieved.at for achieved in found]
+            achieved = yield from renderer.inspector.measure_steps(MEASURED_POSTS, mesh)
+            measured.append({"max": achieved.max_px, "rms": achieved.rms_px})
         self.side_measured = measured
         self.frame.measured_px = measured[0]
         if (px := self.frame.achieved_px) is not None:

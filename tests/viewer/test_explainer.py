@@ -210,19 +210,15 @@ def test_lines_stay_where_they_are_when_a_frozen_patch_is_explained(viewer):
 def test_a_ring_is_around_the_largest_error(viewer):
     settle(viewer)
     plain = seen(viewer)
-    assert viewer.explainer.worst(0) is not None
+    assert viewer.explainer.worst(0) is None
     viewer.settings.change(style="error", max_error_px=4.0)
     settle(viewer)
     white = (seen(viewer) > 225).all(-1).nonzero()
     assert len(white[0]) > 20 and (plain[white] > 225).all(-1).mean() < 0.5
     row, col = (round(float(each.mean())) for each in white)
-    frame = viewer.painter.meshes[0]
-    place = viewer.explainer.worst(0)
-    assert np.abs(frame.camera.pixels(place[None], frame.size)[0] - (col, row)).max() < 2
-    with viewer.scene.renderer.session:  # it may be behind other land
-        view = frame.selection, frame.camera, frame.size, frame.near_m
-        errors = viewer.scene.renderer.inspector._measuring().at(np.array(viewer.painter.worst), *view)
-    assert errors[0] == pytest.approx(viewer.painter.side_measured[0]["max"])
+    errors = viewer.scene.renderer.inspector.error_map()
+    around = errors[row - 3 : row + 4, col - 3 : col + 4]
+    assert np.nanmax(around) > 0.85 * np.nanmax(errors) > 2 * np.nanmean(errors)
     pose = viewer.scene.controller.pose
     viewer.go_to("largest error")
     settle(viewer)
