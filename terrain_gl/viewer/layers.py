@@ -76,7 +76,8 @@ class Layers:
     def new_map(self, opened: Opened, is_preview: bool) -> None:
         """Begin with the overlays of a map. If it is the same map, at another scale, dropped files are placed again."""
         given = {overlay.path for overlay in opened.overlays}
-        dropped = [layer for layer in self.layers if layer.path not in given and opened.key == self._key]
+        is_same = opened.key == self._key
+        dropped = [layer for layer in self.layers if layer.is_image or (is_same and layer.path not in given)]
         self._key, self._reading = opened.key, None
         self.layers = [Layer(each.path, self._colour(i), each) for i, each in enumerate(opened.overlays)] + dropped
         self._waiting = [layer for layer in dropped if not layer.is_image]
@@ -96,6 +97,9 @@ class Layers:
     def step(self) -> None:
         """Read the next file, or show a layer that was read."""
         scene = self._scene
+        if not self._images.busy:  # an image that could not be read, or that the user has replaced
+            laid = scene.settings.options.material
+            self.layers = [each for each in self.layers if not (each.is_image and each.is_shown and each.path != laid)]
         if self._waiting and not self._reading and scene.has_map and not scene.is_preview:
             layer = self._waiting.pop(0)
             self._reading = layer, self._thread.submit(read_overlay, layer.path, scene.heightmap)

@@ -7,6 +7,7 @@ import pytest
 from viewers import load, seen, settle, texts
 
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
 from terrain_gl.viewer.loading import Opened
 
@@ -98,3 +99,26 @@ def test_a_file_that_is_no_layer_is_told_in_a_line_and_layers_follow_the_scale(a
     assert np.ptp(layer.overlay.lines[0][:, 0]) == pytest.approx(0.5 * np.ptp(before[:, 0]))
     app.viewer.show(Renderer(wider, (320, 200), ctx=app.viewer.ctx), Opened(wider, opened.camera, key="another"))
     assert not app.viewer.layers.layers
+
+
+def test_a_photo_is_a_layer_of_the_ground_and_a_file_that_is_none_is_not(app, tmp_path):
+    write_image(tmp_path / "photo.jpg", np.full((32, 32, 3), (200, 30, 30), np.uint8))
+    (tmp_path / "bad.jpg").write_text("no picture")
+
+    def laid(name):
+        app.drop(str(tmp_path / name), 600, 300)
+        app.viewer.images.join()
+        settle(app)
+        return [layer.name for layer in app.viewer.layers.layers]
+
+    app.viewer.settings.change(style="shaded")
+    settle(app)
+    plain = seen(app)
+    assert laid("photo.jpg") == ["photo.jpg"]
+    red = seen(app)
+    assert (red[..., 0] - red[..., 1]).mean() > (plain[..., 0] - plain[..., 1]).mean() + 10
+    app.viewer.layers.toggle(app.viewer.layers.layers[0])
+    app.viewer.images.join()
+    settle(app)
+    assert np.abs(seen(app) - plain).mean() < 1
+    assert laid("bad.jpg") == [] and "bad.jpg" in app.viewer.window.message
