@@ -28,11 +28,11 @@ def sides(picture):
     return picture[:, : middle - 4], picture[:, middle + 4 :]
 
 
-def lines_across(picture):
-    """Bright lines that a row of pixels crosses, in the mean: pixels that are brighter than both neighbours."""
+def lines_across(picture, by=3):
+    """Bright lines that a row of pixels crosses, in the mean: pixels that are so much brighter than both neighbours."""
     grey = picture.mean(-1)
     before, here, after = grey[:, :-2], grey[:, 1:-1], grey[:, 2:]
-    return float(((here > before + 3) & (here > after + 3)).sum(1).mean())
+    return float(((here > before + by) & (here > after + by)).sum(1).mean())
 
 
 def in_glass(app):
@@ -75,7 +75,7 @@ def measured(number, app):
         several = (shares > 0.03).sum() >= (3 if number == 2 else 2)
         return found, several and {2: True, 7: mean < MEAN.get(2, 9) - 0.3, 12: shares[0] < 0.5}[number]
     if number == 1:
-        across = lines_across(in_glass(app))
+        across = lines_across(in_glass(app), 10)
         return {"mesh lines across the glass": round(across, 1)}, across > 2
     if number == 3:
         a, b = lines_across(left), lines_across(right)
