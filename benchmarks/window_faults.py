@@ -1,6 +1,6 @@
 """Faults that users have found in the window, each tried again with real events under Xvfb: the state after each.
 
-    python benchmarks/window_faults.py FOLDER [MAP]      alpine-30m; a screenshot of each fault goes to FOLDER
+    python benchmarks/window_faults.py FOLDER [MAP [LETTERS]]    alpine-30m, all; a screenshot of each goes to FOLDER
 
 A line for each fault says what the window does today. If the fault is there again, the script ends with an error and a
 screenshot. It needs Xvfb and xdotool. Random events are in window_events.py; docs/viewer_pictures.py draws the pictures
@@ -28,6 +28,7 @@ FAR_M = 1e7  # no camera leaves a map of this size by more
 class Faults(Tour):
     """Each fault is a method; `run` takes them in the order in which they stand here."""
 
+    only = ""  # letters of the faults that are tried; all by default
     patience_s = 240  # on a busy machine
 
     def run(self):
@@ -36,7 +37,7 @@ class Faults(Tour):
         self.screen.do("search", "--sync", "--name", self.state["title"].split(".")[0], "windowfocus")
         self.start = self.state["eye"]
         for name, fault in vars(Faults).items():
-            if name.startswith("fault_"):
+            if name.startswith("fault_") and name[6] in (self.only or name):
                 print(f"{name[6]}  {fault.__doc__.splitlines()[0]}\n   {fault(self)}", flush=True)
 
     def fault_1_drag(self):
@@ -226,8 +227,9 @@ class Faults(Tour):
         return "; ".join(told)
 
 
-def main(folder: str, name: str = "alpine-30m") -> int:
-    """Try all faults in one window."""
+def main(folder: str, name: str = "alpine-30m", only: str = "") -> int:
+    """Try all faults in one window, or those whose letters are in `only`."""
+    Faults.only = only
     with tempfile.TemporaryDirectory() as made:
         cwd = Path(made)
         screen = Screen(cwd)

@@ -184,6 +184,7 @@ class Tour:
     def fold(self, *sections):
         """Open or close sections of the panel by clicks on their titles."""
         for section in sections:
+            self.does(lambda s: not s["busy"])  # else the panel may still move
             was_open = self.state["opened"][section]
             self.click_on(section)
             self.does(lambda s, name=section, before=was_open: s["opened"][name] is not before)
