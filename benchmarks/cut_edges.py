@@ -28,7 +28,7 @@ for name in sys.argv[1:] or list(bundled()):
     for level in range(1, min(LEVELS, terrain.top_level) + 1):
         cut, _ = unpack_nodes(tables.read_nodes(level), terrain.span_m)
         quads = reference.largest_errors(terrain.filled, level)
-        moves = np.max(reference.cut_moves(terrain.filled, level), (0, 1))
+        moves = np.max(reference.cut_edges(terrain.filled, level), (0, 1))
         rough = quads > 0
         whole = quads[rough]
         means = [np.exp(np.log(each[rough] / whole).mean()) for each in (cut, quads + moves)]

@@ -26,7 +26,7 @@ PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 16  # of a record `Gathered` in glsl/error/coarse.glsl
 CUT_BYTES = 8  # of each edge, in the buffer `cuts`
 Nodes: TypeAlias = tuple[int, int, int, int]  # a rectangle of nodes or tiles: first column, first row, columns, rows
-_BUFFERS = ("nodes", "ranges", "counters", "squares", "blocks", "cuts")
+_BUFFERS = ("nodes", "ranges", "counters", "squares", "contributions", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
 
@@ -41,7 +41,7 @@ def sizes(levels: Sequence[Level]) -> dict[str, int]:
         "ranges": nodes * layout.NODE_RANGE.itemsize,
         "counters": tiles * layout.CLASS_WORDS * 4,
         "squares": tiles * 8,
-        "blocks": levels[FINE_LEVELS].nodes * len(coarse) * GATHERED_BYTES if coarse else GATHERED_BYTES,
+        "contributions": levels[FINE_LEVELS].nodes * len(coarse) * GATHERED_BYTES if coarse else GATHERED_BYTES,
         "cuts": 4 * CUT_BYTES * max(1, sum(level.nodes for level in coarse)),
     }
 
@@ -58,9 +58,9 @@ class ErrorTables:
     counters, squares
         Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one
         table for each level, over tiles of nodes (`layout.Level.count_tile`).
-    blocks
-        The contribution of each block of posts to its node, for each coarse level (glsl/error/coarse.glsl). Because of
-        it, an edit recomputes only the blocks that it touches.
+    contributions
+        What each node of the last fine level contributes to the node over it, for each coarse level
+        (glsl/error/coarse.glsl). An edit recomputes only those that it touches.
     cuts
         How far each coarse node's edges may move when they are cut (glsl/error/coarse.comp). Edits compare old and new
         values.
@@ -70,7 +70,7 @@ class ErrorTables:
     ranges: moderngl.Buffer
     counters: moderngl.Buffer
     squares: moderngl.Buffer
-    blocks: moderngl.Buffer
+    contributions: moderngl.Buffer
     cuts: moderngl.Buffer
 
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
@@ -196,13 +196,14 @@ class ErrorTables:
             self._run("fine", j, (x, y + whole[1], whole[0], height - whole[1]), (whole[0], height - whole[1]), records)
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
-        moved = self.ctx.buffer(bytes(width * height * 4))
-        coarse = {"Blocks": self.blocks, "Cuts": self.cuts, "Moved": moved, "Gathering": gathering} | records
-        blocks = width << j - FINE_LEVELS, height << j - FINE_LEVELS
-        for step, threads in enumerate(((4 * width, height), blocks, (width, height))):
+        changed = self.ctx.buffer(bytes(width * height * 4))
+        kept = {"Contributions": self.contributions, "Cuts": self.cuts}
+        coarse = {**kept, "Changed": changed, "Gathering": gathering, **records}
+        fine = width << j - FINE_LEVELS, height << j - FINE_LEVELS
+        for step, threads in enumerate(((4 * width, height), fine, (width, height))):
             self._run("coarse", j, nodes, threads, coarse, posts=posts, step=step)
         gathering.release()
-        moved.release()
+        changed.release()
 
     def _update_tables(self, j: int, posts: Rect) -> None:
         """Recount a level's tiles that changed, and update the sums."""

@@ -21,8 +21,8 @@ def clipmap_of(ctx, heightmap, size=(160, 90)):
 
 def change_shaders(monkeypatch, old, new):
     """Shaders that are compiled from now on have another text in one place."""
-    text = shaders._text
-    monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace(old, new))
+    body = shaders._body
+    monkeypatch.setattr(shaders, "_body", lambda path, of: body(path, of).replace(old, new))
 
 
 VERTEX = np.dtype([("post", "2f4"), ("height_m", "f4")])

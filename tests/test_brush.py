@@ -225,7 +225,8 @@ def test_memory_of_strokes_is_bounded_and_overlapping_dabs_share_it():
 
 
 def tables_of(renderer):
-    return [getattr(renderer.tables, name).read() for name in ("nodes", "ranges", "counters", "squares", "blocks")]
+    names = ("nodes", "ranges", "counters", "squares", "contributions")
+    return [getattr(renderer.tables, name).read() for name in names]
 
 
 def check_rebuild(renderer):

@@ -101,14 +101,14 @@ def test_the_error_of_a_rim_beside_voids_is_that_of_the_land(ctx, monkeypatch, a
 
 def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
     terrain, tables = built(ctx, Heightmap(rough(150, 203, seed=5), 10.0))
-    moves, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 2), 0
+    off_m, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 2), 0
     for level in range(FINE_LEVELS + 1, len(terrain.levels)):
-        expected = reference.cut_moves(terrain.filled, level)
+        expected = reference.cut_edges(terrain.filled, level)
         nodes = expected[0, 0].size
         expected = expected.reshape(4, 2, nodes).transpose(2, 0, 1)
-        assert moves[first : first + nodes] == pytest.approx(expected, rel=1e-4, abs=ROUNDING * terrain.span_m)
+        assert off_m[first : first + nodes] == pytest.approx(expected, rel=1e-4, abs=ROUNDING * terrain.span_m)
         first += nodes
-    assert first == len(moves) > 10 and moves.max() > 1
+    assert first == len(off_m) > 10 and off_m.max() > 1
 
 
 @pytest.mark.parametrize("voids", [False, True], ids=["solid", "voids"])
@@ -353,7 +353,7 @@ def own_posts(solid, level):
 def all_bytes(tables):
     """Bytes of all tables. A small map has no coarse levels: nothing writes its blocks and edges, nor reads them."""
     has_coarse = len(tables.terrain.levels) > FINE_LEVELS + 1
-    written = [name for name in _BUFFERS if has_coarse or name not in ("blocks", "cuts")]
+    written = [name for name in _BUFFERS if has_coarse or name not in ("contributions", "cuts")]
     return tuple(getattr(tables, name).read() for name in written)
 
 
@@ -460,7 +460,7 @@ def test_tables_take_at_most_14_bytes_a_post(ctx, shape):
     terrain, tables = built(ctx, Heightmap(rough(*shape)))
     assert tables.bytes <= (8 / 3 + 72 / 16 + 72 / 4 / 3 + 0.2) * shape[0] * shape[1] * 1.01
     assert tables.bytes == sum(buffer.size for buffer in tables._buffers)
-    assert tables.blocks.size + tables.cuts.size <= 0.2 * shape[0] * shape[1]
+    assert tables.contributions.size + tables.cuts.size <= 0.2 * shape[0] * shape[1]
 
 
 def test_same_map_gives_the_same_bytes(ctx):

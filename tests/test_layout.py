@@ -118,7 +118,7 @@ def test_nodes_decode_as_the_shader_does(ctx):
 
 def test_gathered_record_has_the_size_that_python_reserves(ctx):
     buffer = ctx.buffer(bytes(3 * error.GATHERED_BYTES))
-    main = "layout(local_size_x = 1) in;\nvoid main() { block_of[0].voids = 1u; block_of[1].max_m = 7u; }\n"
+    main = "layout(local_size_x = 1) in;\nvoid main() { contribution[0].voids = 1u; contribution[1].max_m = 7u; }\n"
     shader = ctx.compute_shader(shaders.source("error/coarse.glsl") + main)
     buffer.bind_to_storage_buffer(1)
     shader.run()

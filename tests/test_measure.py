@@ -22,11 +22,11 @@ from maps import (
     surface_m,
     tessellation_ends,
 )
+from ring_scenes import change_shaders
 
 import terrain_gl as tg
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.camera.rounding import certified_rounding_px
-from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap, bilinear
 from terrain_gl.mesh import captured_triangles, vertex_heights
 from terrain_gl.shade.picture import UNLIT
@@ -100,9 +100,8 @@ def test_what_measuring_loses_is_far_below_a_float(ctx, monkeypatch):
     assert selection.triangles < 200
     most_m = 2.0**-40 * np.ptp(scene.heightmap.heights)
     assert np.abs(measured_m(scene.measurement, selection, (1281, 1281))).max() <= most_m
-    text = shaders._text
-    rests = ("rest = (a -", "rest = 0.0 * (a -"), ("rest = product.y +", "rest = 0.0 * product.y +")
-    monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace(*rests[0]).replace(*rests[1]))
+    change_shaders(monkeypatch, "rest = (a -", "rest = 0.0 * (a -")
+    change_shaders(monkeypatch, "rest = product.y +", "rest = 0.0 * product.y +")
     coarse = Measurement(scene.terrain)
     assert np.abs(measured_m(coarse, selection, (1281, 1281))).max() > 1000 * most_m
     coarse.release()

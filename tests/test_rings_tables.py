@@ -95,7 +95,7 @@ def test_nodes_decide_nothing(ctx, scene):
     """The summed-area tables decide: garbage in the node records changes nothing."""
     camera, settings = cameras(scene.heightmap)["default"], [*SETTINGS.values(), {"triangles": 3000}]
     before = [mesh_of(scene, camera, **each) for each in settings]
-    for table in ("nodes", "blocks"):
+    for table in ("nodes", "contributions"):
         fill_with(getattr(scene.tables, table), RANDOM & 0x3FFF3FFF)
     assert [mesh_of(scene, camera, **each) for each in settings] == before
 

@@ -42,13 +42,13 @@ def poisoned(monkeypatch):
     def poison(old, new):
         changed = []
 
-        text = shaders._text
+        body = shaders._body
 
-        def changed_text(lines):
-            changed.extend([old] if old in text(lines) else [])
-            return text(lines).replace(old, new)
+        def changed_body(path, of):
+            changed.extend([old] if old in body(path, of) else [])
+            return body(path, of).replace(old, new)
 
-        monkeypatch.setattr(shaders, "_text", changed_text)
+        monkeypatch.setattr(shaders, "_body", changed_body)
         return changed
 
     return poison

@@ -2,9 +2,9 @@
 //   CUT     one thread for each edge of a node: how far its posts lie off the straight lines between its corners. If an
 //           edit changes neither these distances nor a vertex of the node, the errors of the node's other posts stay as
 //           they are
-//   GATHER  one thread for each block of a node: visits its posts, if they may have changed, and adds it to its node
+//   GATHER  one thread for each fine node of a node: visits its posts, if they may have changed, and adds their errors
 //   WRITE   one thread for each node: writes the record
-// Python twins: reference.cut_errors, reference.cut_moves
+// Python twins: reference.cut_errors, reference.cut_edges
 
 #include "error/coarse.glsl"
 #include "error/record.glsl"
@@ -24,7 +24,7 @@ bool changes(ivec2 low, ivec2 high) {
 }
 
 // Whether a vertex of the node has changed: then the errors of all posts of the node have changed, too.
-bool moves(Node n) {
+bool vertex_changes(Node n) {
     for (int i = 0; i < 9; i++) {
         ivec2 post = ivec2(i % 3 == 0 ? n.low.x : i % 3 == 1 ? n.mid.x : n.high.x,
                            i / 3 == 0 ? n.low.y : i / 3 == 1 ? n.mid.y : n.high.y);
@@ -38,8 +38,8 @@ Gathered gathered_of(CellErrors errors) {
     return Gathered(floatBitsToUint(errors.max_m), uint[2](sum.x, sum.y), errors.voids);
 }
 
-CellErrors errors_of_block(Node n, ivec2 at, ivec2 low) {
-    ivec2 end = min(low + BLOCK, n.high);
+CellErrors errors_of_fine(Node n, ivec2 at, ivec2 low) {
+    ivec2 end = min(low + FINE_SIDE, n.high);
     end += ivec2(equal(end, n.high));  // the far edge
     int k = cut_index(at);
     CutEdges c = cut_edges_of(cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
@@ -49,7 +49,7 @@ CellErrors errors_of_block(Node n, ivec2 at, ivec2 low) {
             ivec2 place = ivec2(x, y) - n.low;
             gather_post(errors, n, errors_at(n, c, place), place);
         }
-    gather_cells(errors, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
+    gather_cells(errors, n, c, low - n.low, min(low + FINE_SIDE, n.high) - n.low);
     return errors;
 }
 
@@ -59,23 +59,23 @@ void cut(ivec2 thread) {
     ivec2 at = u_first + ivec2(thread.x >> 2, thread.y);
     if (any(greaterThanEqual(at - u_first, u_count))) return;
     int edge = thread.x & 3, k = cut_index(at) + edge;
-    Move move = cut_edge_m(node_at(u_which_level, at), edge);
-    if (move != cut_edge[k]) has_moved[number_of(at)] = 1u;
-    cut_edge[k] = move;
+    CutEdge cut = cut_edge_m(node_at(u_which_level, at), edge);
+    if (cut != cut_edge[k]) has_changed[number_of(at)] = 1u;
+    cut_edge[k] = cut;
 }
 
 void gather(ivec2 thread) {
-    ivec2 in_node = thread % blocks_in_node();
-    ivec2 at = u_first + thread / blocks_in_node(), block = at * blocks_in_node() + in_node;
-    if (any(greaterThanEqual(thread / blocks_in_node(), u_count))) return;
-    if (any(greaterThanEqual(block, u_level[FINE_LEVELS].size))) return;
+    ivec2 in_node = thread % fine_in_node();
+    ivec2 at = u_first + thread / fine_in_node(), fine = at * fine_in_node() + in_node;
+    if (any(greaterThanEqual(thread / fine_in_node(), u_count))) return;
+    if (any(greaterThanEqual(fine, u_level[FINE_LEVELS].size))) return;
     Node n = node_at(u_which_level, at);
-    ivec2 low = block * BLOCK;
-    int node_ = number_of(at), i = block_index(block);
+    ivec2 low = fine * FINE_SIDE;
+    int node_ = number_of(at), i = contribution_index(fine);
     // a void makes holes of the cells around it
-    if (has_moved[node_] != 0u || moves(n) || changes(low - 1, min(low + BLOCK, n.high)))
-        block_of[i] = gathered_of(errors_of_block(n, at, low));
-    Gathered g = block_of[i];
+    if (has_changed[node_] != 0u || vertex_changes(n) || changes(low - 1, min(low + FINE_SIDE, n.high)))
+        contribution[i] = gathered_of(errors_of_fine(n, at, low));
+    Gathered g = contribution[i];
     atomicMax(gathered[node_].max_m, g.max_m);
     ATOMIC_ADD_64(gathered[node_].squares, uvec2(g.squares[0], g.squares[1]));
     atomicOr(gathered[node_].voids, g.voids);

@@ -67,12 +67,12 @@ vec2 quad_errors_m(Node n, vec2 place, float h) {
     return vec2(by_falling, by_rising);
 }
 
-// A finer neighbour cuts an edge: the edge gets more vertices, which are posts. Move has the largest distances by which
-// they lie above and below the straight line between the edge's ends.
-struct Move { float above_m, below_m; };
+// A finer neighbour cuts an edge: the edge gets more vertices, which are posts. CutEdge has the largest distances by
+// which they lie above and below the straight line between the edge's ends.
+struct CutEdge { float above_m, below_m; };
 struct CutEdges { vec4 above_m, below_m; };  // west, north, east, south
 
-Move cut_edge_m(Node n, int side) {
+CutEdge cut_edge_m(Node n, int side) {
     int axis = side == WEST || side == EAST ? 1 : 0;
     int posts = n.high[axis] - n.low[axis];
     ivec2 post = n.low;
@@ -87,10 +87,10 @@ Move cut_edge_m(Node n, int side) {
         most = max(most, vec2(off, -off));
     }
     most = most * (1.0 + exp2(-19.0)) + n.rounding_m;
-    return Move(most.x, most.y);
+    return CutEdge(most.x, most.y);
 }
 
-CutEdges cut_edges_of(Move west, Move north, Move east, Move south) {
+CutEdges cut_edges_of(CutEdge west, CutEdge north, CutEdge east, CutEdge south) {
     return CutEdges(vec4(west.above_m, north.above_m, east.above_m, south.above_m),
                     vec4(west.below_m, north.below_m, east.below_m, south.below_m));
 }

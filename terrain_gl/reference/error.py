@@ -74,7 +74,7 @@ class CutErrors(NamedTuple):
     squares: np.ndarray  # sums over the node's area in m²: a post on an edge counts half, one at a corner a quarter
 
 
-def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
+def cut_edges(heights: np.ndarray, level: int) -> np.ndarray:
     """How far the posts of each node's edges lie above, and below, the straight line between the edge's ends.
 
     Returns
@@ -103,9 +103,9 @@ def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) 
     t, s = _places(y, x)
     pair = quad_errors(heights, level)
     weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, pair[0])[:4])
-    move_up, move_down = cut_moves(heights, level)[:, :, :, None, :, None].swapaxes(0, 1)
-    above = np.maximum(*pair) + (weights * move_up).max(0)
-    below = -np.minimum(*pair) + (weights * move_down).max(0)
+    edge_above, edge_below = cut_edges(heights, level)[:, :, :, None, :, None].swapaxes(0, 1)
+    above = np.maximum(*pair) + (weights * edge_above).max(0)
+    below = -np.minimum(*pair) + (weights * edge_below).max(0)
     bend = bend_bounds(heights, level)
     errors = np.maximum(above, below)
     crossed = crossed_cells(heights.shape, level, void)

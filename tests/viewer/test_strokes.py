@@ -38,7 +38,7 @@ def test_a_stroke_changes_the_land_and_the_bound_holds(viewer):
     press(viewer, "ctrl+shift+z")
     settle(viewer)
     assert np.array_equal(viewer.scene.renderer.heightmap.heights, after)
-    for name in ("nodes", "counters", "squares", "blocks"):
+    for name in ("nodes", "counters", "squares", "contributions"):
         assert getattr(built, name).read() == getattr(viewer.scene.renderer.tables, name).read(), name
     built.terrain.release()
     built.release()

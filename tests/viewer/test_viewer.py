@@ -195,7 +195,7 @@ def test_after_random_events_tables_and_bound_hold(viewer, seed, folder):
     rebuilt = Heightmap(renderer.heightmap.heights, renderer.heightmap.spacing_m)
     rebuilt.quantised_m = renderer.heightmap.quantised_m
     built = ErrorTables(Terrain(viewer.ctx, rebuilt))
-    for name in ("nodes", "counters", "squares", "blocks"):
+    for name in ("nodes", "counters", "squares", "contributions"):
         assert getattr(built, name).read() == getattr(renderer.tables, name).read(), name
     built.terrain.release()
     built.release()

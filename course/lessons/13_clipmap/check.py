@@ -58,7 +58,7 @@ def true_cut_errors(heights, level):
     share = np.arange(pair[0].shape[1]) / (pair[0].shape[1] - 1)
     t, s = share[None, :, None, None], share[None, None, None, :]
     weights = np.stack(np.broadcast_arrays(1 - s, 1 - t, s, t, pair[0])[:4])
-    up, down = reference.cut_moves(heights, level)[:, :, :, None, :, None].swapaxes(0, 1)
+    up, down = reference.cut_edges(heights, level)[:, :, :, None, :, None].swapaxes(0, 1)
     above, below = np.maximum(*pair) + (weights * up).max(0), -np.minimum(*pair) + (weights * down).max(0)
     return np.maximum(above, below).max((1, 3))
 
