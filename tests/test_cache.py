@@ -36,6 +36,7 @@ def let_go():
         os.close(cache._in_use.pop())
 
 
+@pytest.mark.slow
 def test_a_large_raster_is_drawn_from_its_store_which_is_made_once(run, monkeypatch):
     status, _, told = run(*SHOT)
     assert status == 0 and told.count("\n") == 1 and "90 x 70 posts, drawn from a store that is made once" in told
@@ -65,6 +66,7 @@ def test_what_a_store_lacks_is_drawn_from_memory_and_said(run, option):
     assert status == 0 and f"in memory, because of {' '.join(option)}" in told and not cache.entries()
 
 
+@pytest.mark.slow
 def test_the_mesh_of_a_large_raster_is_that_of_its_store_if_its_tiles_have_room(run):
     np.save("dem.npy", rough(300, 400))
     mesh = ("mesh", "dem.npy", "-o", "m.ply", "--spacing", "5", "--max-error-m", "0.5", "--between", "--json", "-")

@@ -133,6 +133,7 @@ def without_gui(tmp_path):
     return {"PYTHONPATH": str(tmp_path)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "made"),
     [(("shot", "-o", "p.png"), "p.png"), (("mesh", "-o", "m.ply"), "m.ply"), (("measure",), None)],

@@ -81,6 +81,7 @@ def test_a_map_without_a_name(run):
     refused(run("view", ""), 1, "neither a file nor a bundled map")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 def test_an_output_of_few_characters(dem, encoding):
     os.rename(dem, "ž→.npy")
@@ -88,6 +89,7 @@ def test_an_output_of_few_characters(dem, encoding):
     assert done.returncode == 0 and b"\\u2192.npy" in done.stdout and not done.stderr
 
 
+@pytest.mark.slow
 def test_a_name_that_looks_like_mathematics(run, dem):
     pytest.importorskip("matplotlib", reason="the [compare] extra is not installed")
     os.rename(dem, r"$\frac{$.npy")
@@ -140,6 +142,7 @@ for words in json.loads(sys.argv[1]):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pipe", "/dev/zero", "folder"])
 def test_only_files_are_read(dem, kind):
     """All commands run in one other process, which is ended if it waits for a pipe."""
@@ -185,6 +188,7 @@ def picture(name, rows, cols, dtype="uint8"):
     out.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, dtype", [("a.jpg", "uint8"), ("a.png", "uint16")])
 def test_a_large_picture_of_the_ground_takes_little_memory(name, dtype):
     picture("empty.png", 8, 8)
@@ -232,6 +236,7 @@ def hear_signals():
         signal.signal(getattr(signal, name), signal.SIG_DFL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "first, second",
     [("SIGHUP", None), ("SIGTERM", None), ("SIGTERM", "SIGTERM"), ("SIGHUP", "SIGTERM"), ("SIGINT", "SIGTERM")],
@@ -270,6 +275,7 @@ def test_two_recordings_do_not_share_a_folder():
         assert again.append(frame)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["pdf", "png"])
 def test_a_figure_on_a_full_disk(dem, ending):
     pytest.importorskip("matplotlib", reason="the [compare] extra is not installed")

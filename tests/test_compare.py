@@ -58,6 +58,7 @@ def camera(heightmap):
     return standard_view(heightmap, "ridge")
 
 
+@pytest.mark.slow
 def test_the_truth_is_at_no_distance_of_itself_and_the_dense_mesh_close(renderer, camera):
     truth = truth_of(renderer, camera, fine=2)
     entry = entry_of(renderer, camera, truth, "truth", fine=2)
@@ -97,6 +98,7 @@ def test_study_draws_all_methods_with_as_many_triangles(renderer, camera):
         assert len(cells) == len(best) == len(COMPARED) and label
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("triangles", [100_000, 3000])
 def test_more_triangles_than_a_method_can_draw_are_asked_of_none(ctx, triangles):
     heightmap = tg.Heightmap(rough(65, 65, 3, 30.0), 10.0)
@@ -241,6 +243,7 @@ def test_command_writes_a_figure_a_table_and_numbers(tmp_path, command, capsys):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cliffs.npy", "figure.png", "numbers.json"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "goal"), [(".jpg", "--max-error 4"), (".pdf", "--triangles 300"), (".svg", "--triangles 300")]
 )

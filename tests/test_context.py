@@ -180,6 +180,7 @@ def test_a_library_that_is_loaded_later_is_seen(osmesa):
 LACKING = {"GALLIUM_DRIVER": "d3d12"}  # as WSL sets it
 
 
+@pytest.mark.slow
 def test_a_driver_that_mesa_lacks_ends_no_command():
     """OSMesa ends the process in that case, so it is tried in another process first."""
     if os.environ.get("MESA_LOADER_DRIVER_OVERRIDE"):

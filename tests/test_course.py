@@ -195,6 +195,7 @@ def test_a_mutant_that_survives_is_explained():
             assert said != mutants.SURVIVED, (mutant.line, mutant.changed)
 
 
+@pytest.mark.slow
 def test_check_draws_the_difference(tmp_path):
     pytest.importorskip("matplotlib")
     wrong = next(w for w in solving.wrong_answers(checking.lesson(2).folder) if w.name == "distance")

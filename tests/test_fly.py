@@ -44,6 +44,7 @@ def path():
     return "path.json"
 
 
+@pytest.mark.slow
 def test_a_folder_of_pictures_takes_no_extra(run, path):
     status, out, err = run("fly", "dem.npy", "--path", path, "-o", "frames", *SMALL, "--json", "flight.json")
     assert (status, err) == (0, "") and out.startswith("frames: 5 frames of 64x36")
@@ -393,6 +394,7 @@ def test_a_cluster_draws_the_same_though_a_worker_dies(undisturbed, run, monkeyp
     assert (pictures("f"), told("n.json")) == (expected, numbers)
 
 
+@pytest.mark.slow
 def test_an_error_of_a_worker_is_one_line(run, path):
     words = ("--workers", "2", "--material", "none.png")
     refused(run("fly", "dem.npy", "--path", path, "-o", "f", *SMALL, *words), 1, "none.png")

@@ -84,6 +84,7 @@ class Browser:
         return self.view._rfb_last_frame
 
 
+@pytest.mark.slow
 def test_keys_fly(view):
     async def fly():
         browser = Browser(view)

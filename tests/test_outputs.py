@@ -51,6 +51,7 @@ def run(clone, *words):
     return subprocess.run(command, cwd=clone, capture_output=True, text=True, timeout=120)
 
 
+@pytest.mark.slow
 def test_a_clone_finds_its_own_shaders_and_maps(clone):
     """Without an installation, and though another copy is installed."""
     told = run(clone, "-c", "import terrain_gl.gpu.shaders as s; print(s.root())")

@@ -127,6 +127,7 @@ def test_a_sea_for_a_store_is_refused(run, folder):
     assert "--no-cache" in run("mesh", "a.zarr", "-o", "a.ply", "--water", "500")[2]
 
 
+@pytest.mark.slow
 def test_a_texture_shows_the_water(run, folder):
     write("a.tif", land(-120, 260, (65, 81)))
     for name, water in (("dry", ()), ("wet", ("--water", "0"))):

@@ -37,6 +37,7 @@ def shoot(output, size=SIZE, *words):
     return cli.main(["shot", "map.npy", "-o", output, "--size", f"{size[0]}x{size[1]}", *words])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_pieces_that_are_written_as_they_come(small_pieces, suffix):
     heightmap = tg.Heightmap.open("map.npy")

@@ -49,6 +49,7 @@ def test_a_line_is_cut_at_gaps_and_at_the_edge():
     assert all((np.diff(run[:, 0]) <= 10.001).all() for run in runs)  # nothing crosses the gap
 
 
+@pytest.mark.slow
 def test_an_overlay_is_drawn_and_follows_the_land(empty):
     heightmap = hills()
     opened = Opened(heightmap, Camera.default(heightmap), key="hills")

@@ -124,6 +124,7 @@ def test_the_preview_of_a_split_has_each_side_by_its_own_method(viewer):
     assert len(viewer.painter.side_stats) == 2 and not viewer.painter.frame.is_sketch
 
 
+@pytest.mark.slow
 def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
     viewer.settings.change(max_error_px=0.5)
     settle(viewer)
@@ -300,6 +301,7 @@ def test_both_sides_show_the_same_land(viewer):
     assert changed(*sides) < 0.1 * changed(sides[0], same[:, 3 : half - 3])
 
 
+@pytest.mark.slow
 def test_only_sat_explains_patches(viewer):
     for method in METHODS:
         viewer.settings.change(method=method)

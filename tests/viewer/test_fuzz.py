@@ -39,6 +39,7 @@ def fails(*arguments, **named):
     raise ValueError("a mistake")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", ["painter.step", "painter.canvas.show", "mouse.move", "saver.step"])
 def test_an_error_is_shown_in_a_line_and_the_program_goes_on(app, monkeypatch, part):
     before = seen(app)

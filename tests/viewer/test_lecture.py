@@ -19,6 +19,7 @@ def begin(app, stations=None):
     settle(app)
 
 
+@pytest.mark.slow
 def test_the_lecture_has_twelve_stations_with_true_numbers(app):
     before = replace(app.viewer.settings, sides=list(app.viewer.settings.sides))
     app.viewer.window.resize((480, 300))
@@ -84,6 +85,7 @@ def test_a_file_that_is_no_lecture_is_named(tmp_path):
         read_lecture(str(tmp_path / "gone.json"))
 
 
+@pytest.mark.slow
 def test_a_bookmark_keeps_the_whole_state(app, tmp_path):
     viewer = app.viewer
     viewer.settings.change(style="lod", max_error_px=3.0)

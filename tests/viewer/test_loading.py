@@ -17,6 +17,7 @@ from terrain_gl.viewer.settings import Settings
 from terrain_gl.viewer.viewer import Viewer
 
 
+@pytest.mark.slow
 def test_a_large_map_has_a_preview_while_its_tables_are_built(empty):
     n = 4 * PREVIEW_POSTS + 1
     heights = np.add.outer(np.sin(np.arange(n) / 40.0), np.cos(np.arange(n - 500) / 60.0)) * 200
@@ -222,6 +223,7 @@ def test_edits_are_not_lost_without_a_warning(viewer, folder):
     assert viewer.window.closing
 
 
+@pytest.mark.slow
 def test_size_and_heights_are_set(empty, tmp_path):
     heights = hills().heights
     np.save(tmp_path / "plain.npy", heights)
@@ -256,6 +258,7 @@ def test_numbers_as_users_type_them():
     assert map_section.numbers("5.1 x 6 km") == [5100.0, 6000.0] and map_section.numbers("none") == []
 
 
+@pytest.mark.slow
 def test_the_look_is_remembered_for_each_map(empty, tmp_path):
     for name in ("one", "two"):
         np.save(tmp_path / f"{name}.npy", hills().heights)
@@ -268,6 +271,7 @@ def test_the_look_is_remembered_for_each_map(empty, tmp_path):
     assert seen == ["auto", "auto", "green"]
 
 
+@pytest.mark.slow
 def test_a_look_that_was_asked_for_holds_for_the_first_map(ctx, target, tmp_path):
     np.save(tmp_path / "one.npy", hills().heights)
     viewer = Viewer(ctx, target((32, 20)), (32, 20), Settings([FrameOptions(look="tint")]), budget=swift())

@@ -105,6 +105,7 @@ def test_a_window_that_appears_does_not_end_the_drag_of_a_slider(app):
     app.gui.button("left", False)
 
 
+@pytest.mark.slow
 def test_a_box_is_ticked_and_a_choice_made(app):
     app.viewer.window.resize((600, 640))
     settle(app)
@@ -118,6 +119,7 @@ def test_a_box_is_ticked_and_a_choice_made(app):
     assert (drawing.style, drawing.metric, drawing.method) == (list(legend.COLOURS)[1], METRICS[1], METHODS[1])
 
 
+@pytest.mark.slow
 def test_a_view_is_chosen_and_travelled_to(app):
     app.panels.opened |= {"Camera": True, "Detail": False, "Understand": False}
     controller = app.viewer.scene.controller
@@ -245,6 +247,7 @@ def test_the_help_page_has_every_key(app):
     assert changed(seen(app), with_help) > 0.2
 
 
+@pytest.mark.slow
 def test_the_help_page_is_read_to_its_end_in_a_small_window(app):
     app.press("i")
     app.viewer.window.resize((400, 260))
@@ -297,6 +300,7 @@ def overlaps(app):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1000, 600), (1280, 800)])
 def test_nothing_overlaps(make_app, size):
     app = make_app(size)
@@ -318,6 +322,7 @@ def test_nothing_overlaps(make_app, size):
         assert overlaps(app) == [], keys
 
 
+@pytest.mark.slow
 def test_contour_lines_keep_their_heights_in_exaggerated_land(app):
     app.panels.opened |= {"Picture": True, "Detail": False, "Understand": False}
     before = seen(app)

@@ -34,6 +34,7 @@ def test_metres_from_the_corner_of_a_map_without_a_place(viewer, typed):
     assert np.allclose(middle(viewer)[:2], (400, 700), atol=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "georeference",
     [

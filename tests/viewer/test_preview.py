@@ -49,6 +49,7 @@ def test_a_preview_says_so_and_shows_no_error(preview):
 WAITS = "preparing a preview of|drawing the first picture|building the tables of|computing light|drawing in full size"
 
 
+@pytest.mark.slow
 def test_until_the_picture_is_finished_a_line_says_what_is_waited_for(make_app, folder):
     app, heightmap = make_app(with_map=False), large_map()
     app.viewer.settings.change_all(style="shaded")
@@ -72,6 +73,7 @@ def test_until_the_picture_is_finished_a_line_says_what_is_waited_for(make_app, 
     assert "at rest" in texts(app) and app.viewer.progress is None
 
 
+@pytest.mark.slow
 def test_the_whole_map_has_a_bound_again(preview):
     set_budget(preview.viewer, swift())
     settle(preview)
@@ -89,6 +91,7 @@ def test_a_split_preview_has_no_bound_on_either_side(preview):
     assert not re.search(_ERROR_WORDS, texts(preview))
 
 
+@pytest.mark.slow
 def test_a_new_split_is_a_preview_without_numbers(make_app):
     app = make_app()
     app.viewer.settings.divider = 0.6  # both sides have room for their text
@@ -120,6 +123,7 @@ def test_a_preview_is_not_explained(preview):
     assert preview.viewer.explainer.explanation is None and "preview" in preview.viewer.window.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", ["promise", "error"])
 def test_a_preview_has_no_colours_of_errors(preview, style):
     preview.viewer.settings.change(style=style)
@@ -129,6 +133,7 @@ def test_a_preview_has_no_colours_of_errors(preview, style):
     assert preview.viewer.scene.frame_spec().sides[0].style == style
 
 
+@pytest.mark.slow
 def test_another_map_that_arrives_during_a_preview_has_its_own_view(preview):
     """It is not the map whose sample is shown: the camera of the sample may be under its ground, or far away."""
     viewer = preview.viewer

@@ -117,6 +117,7 @@ def finish(viewer):
     viewer.saver.join()
 
 
+@pytest.mark.slow
 def test_a_film_is_drawn_in_full_quality_along_the_flown_path(viewer, folder, monkeypatch):
     pytest.importorskip("av", reason="the extra [video] is not installed")
     import av
@@ -159,6 +160,7 @@ def test_a_window_that_closes_warns_of_a_film_under_way(viewer, folder):
     assert viewer.window.closing
 
 
+@pytest.mark.slow
 def test_the_sun_of_a_film_moves_as_it_moved(viewer, folder, monkeypatch):
     monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
     settle(viewer)
@@ -183,6 +185,7 @@ def pictures_of(folder, name):
     return [load(path) for path in sorted((folder / name).iterdir())]
 
 
+@pytest.mark.slow
 def test_one_flies_on_while_a_film_is_drawn_and_it_stays_the_same(viewer, folder, monkeypatch):
     """The film waits while the camera moves, then draws its picture afresh; with another light in the window, too."""
     monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
@@ -252,6 +255,7 @@ def test_a_turn_stays_above_the_land(viewer):
     assert (controller.eye[2] < np.nanmax(ground)) == (eyes[0, 2] > controller.eye[2] + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_day_is_filmed_from_sunrise_to_sunset(viewer, folder, monkeypatch):
     monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
     monkeypatch.setattr("terrain_gl.viewer.loops.DAY_S", 0.2)
@@ -309,6 +313,7 @@ def test_the_view_is_copied_as_a_command_line(viewer):
     assert told[1] == "terrain-gl shot hills" and "shot hills" in viewer.window.message
 
 
+@pytest.mark.slow
 def test_an_exaggerated_map_is_copied_as_a_command_line(viewer, tmp_path):
     heights = np.random.default_rng(3).integers(0, 900, (40, 30)).astype("u2")
     np.save(tmp_path / "land.npy", heights)
@@ -354,6 +359,7 @@ def laid(empty, folder, monkeypatch):
     return empty
 
 
+@pytest.mark.slow
 def test_the_saved_picture_and_that_of_the_copied_command_are_what_is_seen(laid, run):
     assert {"Summit"} < {label.name for label in laid.painter.labels}
     saved(laid)
@@ -379,6 +385,7 @@ def test_the_saved_picture_and_that_of_the_copied_command_are_what_is_seen(laid,
     assert red.sum() > 100 and (off & ~red).sum() > 100, "the line, and the name with its ring"
 
 
+@pytest.mark.slow
 def test_a_film_shows_overlays_and_names(laid, monkeypatch):
     monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")  # pictures
     saved(laid)

@@ -119,6 +119,7 @@ def test_an_error_scale_has_one_end_for_all_tolerances_and_a_root(ctx):
         FrameOptions(error_scale_px=0.0)
 
 
+@pytest.mark.slow
 def test_open_land_has_the_colour_that_the_legend_of_visibility_gives_to_both(ctx):
     with Renderer(Heightmap(np.zeros((17, 17)), 10.0), (32, 24), ctx=ctx) as renderer:
         frame = renderer.render(Camera((80.0, 80.0, 200.0), (80.0, 81.0, 0.0)), style="visibility")

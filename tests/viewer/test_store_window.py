@@ -76,6 +76,7 @@ def until_complete(app):
         later(app)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shown", ["shaded"], indirect=True)
 def test_a_store_is_shown_at_once_and_fills_in(shown):
     app, stored = shown
@@ -95,6 +96,7 @@ def test_a_store_is_shown_at_once_and_fills_in(shown):
     assert np.abs(seen(app) - coarse).max() > 20
 
 
+@pytest.mark.slow
 def test_the_panel_has_a_map_of_the_loaded_tiles(shown):
     app, stored = shown
     top = app.viewer.scene.renderer.terrain.top_level
@@ -143,6 +145,7 @@ def test_it_is_flown_over_while_nothing_comes(shown):
     assert not app.viewer.painter.frame.stats["complete"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shown", ["shaded"], indirect=True)
 def test_what_a_store_cannot_do_is_told(shown, folder):
     app, stored = shown
@@ -212,6 +215,7 @@ def test_heights_of_a_saved_mesh_stay_when_the_camera_flies_on(hills):
         np.testing.assert_array_equal(heights[:, :], kept)
 
 
+@pytest.mark.slow
 def test_a_store_is_exaggerated_at_once(shown, hills, folder):
     app, stored = shown
     viewer = app.viewer
@@ -259,6 +263,7 @@ def on_land(places, count):
     return [(cols[i], rows[i]) for i in np.linspace(0.2 * len(rows), 0.9 * len(rows), count).astype(int)]
 
 
+@pytest.mark.slow
 def test_lines_lie_on_the_exaggerated_land_of_a_store(shown):
     app, stored = shown
     viewer = app.viewer
@@ -310,6 +315,7 @@ def test_the_summed_area_table_of_a_tile_gives_the_mean_of_a_box(shown):
     assert np.abs(picture - [115, 242, 140]).max(-1).min() < 5  # the corners that add
 
 
+@pytest.mark.slow
 def test_a_split_picture_of_a_store_compares_two_metrics(shown):
     app, stored = shown
     viewer = app.viewer
@@ -329,6 +335,7 @@ def test_a_split_picture_of_a_store_compares_two_metrics(shown):
     assert viewer.settings.sides == [before]
 
 
+@pytest.mark.slow
 def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, folder):
     app, stored = shown
     app.viewer.settings.change(style="lambert")  # light is slow, and test_edited_store.py looks at it
@@ -378,6 +385,7 @@ def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, folder):
     np.testing.assert_array_equal(heights(), after)
 
 
+@pytest.mark.slow
 def test_the_edits_of_an_exaggerated_store_are_where_the_cursor_was(shown, hills, folder):
     app, stored = shown
     viewer = app.viewer
@@ -443,6 +451,7 @@ def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, folder):
     assert not app.viewer.scene.renderer.streaming.waits
 
 
+@pytest.mark.slow
 def test_maps_and_stores_follow_each_other_in_a_window(shown, hills, tmp_path):
     app, stored = shown
     small = str(tmp_path / "hills.npy")
@@ -523,6 +532,7 @@ def opener_of(run, monkeypatch, *words):
     return seen[0]
 
 
+@pytest.mark.slow
 def test_a_large_raster_is_a_preview_until_its_store_is_made(large, session_context, run, monkeypatch):
     raster, gate = large
     opener = opener_of(run, monkeypatch, raster)

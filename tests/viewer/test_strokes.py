@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from viewers import changed, hills, later, light_is_up_to_date, seen, set_budget, settle, slow, stroke, with_a_stroke
 
 from terrain_gl.camera import Camera
@@ -15,6 +16,7 @@ from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import Opened
 
 
+@pytest.mark.slow
 def test_a_stroke_changes_the_land_and_the_bound_holds(viewer):
     settle(viewer)
     before = viewer.scene.renderer.heightmap.heights.copy()
@@ -63,6 +65,7 @@ def test_a_stroke_far_above_the_map_waits_for_nothing(viewer):
     assert np.array_equal(renderer.heightmap.heights, before) and renderer.heightmap.quantised_m == units_m
 
 
+@pytest.mark.slow
 def test_undoing_is_seen_in_the_next_frame_and_soon_in_full(viewer):
     """On a slow machine: small at once, then in full size with the light before, then with new light."""
     settle(viewer)
@@ -101,6 +104,7 @@ def test_a_brush_that_is_held_goes_on(viewer):
     assert viewer.sculpting.tool.strokes == (1, 0) and viewer.explainer.explanation is None
 
 
+@pytest.mark.slow
 def test_undoing_while_the_button_is_down_begins_another_stroke(viewer):
     before, after = with_a_stroke(viewer)
     viewer.mouse.press("left", 160, 150)
@@ -174,6 +178,7 @@ def test_a_map_that_arrives_during_a_stroke_is_not_sculpted(viewer):
     assert np.array_equal(viewer.scene.renderer.heightmap.heights, heightmap.heights)
 
 
+@pytest.mark.slow
 def test_strokes_are_made_and_undone_on_exaggerated_land(viewer):
     before, after = with_a_stroke(viewer)
     viewer.exaggerate(2.0)

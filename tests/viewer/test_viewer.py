@@ -161,6 +161,7 @@ def test_a_minimised_window_draws_nothing_and_comes_back(viewer):
     assert later(viewer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_after_random_events_tables_and_bound_hold(viewer, seed, folder):
     """Random keys, strokes, sizes and frames in any order; each frame does one step of any work."""
