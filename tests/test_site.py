@@ -90,7 +90,7 @@ def projector():
 
 def test_a_projector_page_is_cut_out_of_each_lesson(projector):
     pages = sorted((ROOT / "course" / "lessons").glob("*/page.md"))
-    assert len(pages) == 13
+    assert len(pages) == 14
     for path in pages:
         page = path.read_text(encoding="utf-8")
         cut = projector.projector_page(page)
