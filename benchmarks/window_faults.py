@@ -199,8 +199,8 @@ class Faults(Tour):
         self.screen.do("mousemove", round(left + 20), round((top + bottom) / 2), "click", 1, "sleep", 0.5)
         self.screen.do("type", "--delay", 60, "way.geojson")
         self.does(lambda s: s["layers"] == ["way.geojson"], "key", "Return")
-        self.shoot("layers")
         told = self.state["message"]
+        self.shoot("layers")
         self.fold("Detail", "Understand", "Layers")
         return f"the file is a layer: {told}"
 

@@ -18,7 +18,8 @@ LEGEND_EM = 18.0  # width of the legend that is shown without the panel
 _LINE_EM = 40.0  # least length of a lecture's lines, in heights of the typeface
 FULL_HD = 1080  # in windows with more rows of pixels than this, type grows with the window
 LARGE = 1.7  # size of the type of a lecture's sentences, relative to that of the panels; less in a narrow window
-BACK_ROW = 1.25  # the same of legends and explanations
+BACK_ROW = 1.25  # the same of legends and explanations; both in a window of `LECTURE_ROWS`, and in proportion to it
+LECTURE_ROWS = 720
 LOW_EM = 36.0  # if fewer rows are free than this many heights of the typeface, explanations are short
 NARROW_EM = 11.0  # a side of a split picture has a legend if it is wider than this
 HINT_LINES = 3  # of the line of help under the panel
@@ -88,7 +89,7 @@ class Panels:
             with ui.window("Save the map##save", (middle, 0.6 * height), (middle / width, 0.6), "escape"):
                 self._ask_path(ui)
         elif viewer.scene.is_visible:
-            ui.imgui.push_font(None, (BACK_ROW if self._top_px else 1.0) * FONT_PX)
+            ui.imgui.push_font(None, (BACK_ROW * self._room(ui) if self._top_px else 1.0) * FONT_PX)
             if self._taken(ui):
                 self._orientation(ui)
             else:
@@ -107,6 +108,10 @@ class Panels:
         has_room = not self._settings.help or size[0] > (PANEL_EM + help_page.WIDTH_EM) * ui.em
         is_shown = self._viewer.scene.has_map and self._settings.panel and has_room
         return taken_px(size, ui.scale) if is_shown else 0.0
+
+    def _room(self, ui: Widgets) -> float:
+        """How many times as large a lecture's type is as in a window of `LECTURE_ROWS`, beyond the growth of panels."""
+        return max(1.0, self._viewer.window.size[1] / (LECTURE_ROWS * ui.scale))
 
     @contextmanager
     def _at_bottom(self, ui: Widgets, name: str, x: float, pivot: float, takes_mouse: bool = False) -> Iterator[None]:
@@ -221,8 +226,10 @@ class Panels:
             inner = width - 2 * imgui.get_style().window_padding.x
             imgui.dummy((inner, 0.0))
             name = f"{(lecture.number or 0) + 1} of {len(lecture.stations)}   {lecture.station.name}"
+            imgui.push_font(None, BACK_ROW * self._room(ui) * FONT_PX)
             imgui.text_disabled(f"{name}   (Space: {lecture.next_words}, Left: back, Esc: end)")
-            imgui.push_font(None, max(1.0, min(LARGE, width / (_LINE_EM * ui.em))) * FONT_PX)
+            imgui.pop_font()
+            imgui.push_font(None, max(1.0, min(LARGE * self._room(ui), width / (_LINE_EM * ui.em))) * FONT_PX)
             with ui.wrapped(inner):
                 for sentence in sentences:
                     imgui.text(sentence)
