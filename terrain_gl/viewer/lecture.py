@@ -26,7 +26,7 @@ NEXT = "space", "right", "page down"
 BACK = "left", "page up"
 UNKNOWN = "…"  # a number that is not known yet
 MEASURING = "being measured"
-_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush"}
+_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush", "fits"}
 _NUMBERS = (
     "posts",
     "every",
@@ -57,6 +57,7 @@ class Station:
     click: tuple[float, float] | str | None  # such a place whose patch is explained, or what `Explainer.find` looks for
     lens: float  # magnification of the glass at the cursor; 0 for none
     brush: bool  # whether the brush is taken
+    fits: bool  # whether the colours of errors end at the bound of the first side, in a window of any size
 
 
 def read_lecture(path: str | None = None) -> list[Station]:
@@ -90,7 +91,13 @@ def _station(entry: dict[str, Any], where: str) -> Station:
     if isinstance(click, str) and click not in (HIDDEN, BOX):
         raise UsageError(f"{where}: click: expected a place, {HIDDEN!r} or {BOX!r}, got {click!r}")
     at = click if isinstance(click, str) else _pair(click)
-    own = _pair(entry.get("points")), at, float(entry.get("lens", 0.0)), bool(entry.get("brush"))
+    own = (
+        _pair(entry.get("points")),
+        at,
+        float(entry.get("lens", 0.0)),
+        bool(entry.get("brush")),
+        bool(entry.get("fits")),
+    )
     return Station(str(entry["name"]), says, asks, sees, answers, checked(rest, where), *own)
 
 
@@ -114,6 +121,7 @@ class Lecture:
         self.number: int | None = None  # of the shown station, from 0 on
         self.is_wanted = True  # whether stations are shown, also after another map was opened
         self._last = 0  # the station that was shown last
+        self._fits = False  # whether the colours of errors are still to be fitted
         self._is_answered = False  # whether the answer of this station is shown
         self._scene = scene
         self._painter = painter
@@ -171,7 +179,12 @@ class Lecture:
         self._scene.window.refresh()
 
     def step(self, settled: bool) -> None:
-        """Explain the patch of the station when the picture is complete."""
+        """When the picture is complete, fit the colours of errors, and explain the patch of the station."""
+        if settled and self._fits and not self._scene.controller.moving:
+            self._fits = False
+            settings, bound_px = self._scene.settings, self._painter.side_stats[0]["certified_max_error_px"]
+            if bound_px:
+                settings.sides = [side.otherwise(error_scale_px=bound_px) for side in settings.sides]
         if settled and self._click and not self._scene.controller.moving:
             click, self._click = self._click, None
             at = self._explainer.find(click) if isinstance(click, str) else self._px(click)
@@ -201,6 +214,7 @@ class Lecture:
         self.number = self._last = number
         self.is_wanted = True
         self._is_answered = False
+        self._fits = station.fits
         self._explainer.explanation = None
         self._click = station.click
         apply(self._scene, self._explainer, station.state, travels)
