@@ -258,6 +258,20 @@ def writing(*words):
 
 
 @pytest.mark.slow
+def test_a_store_has_the_texture_of_its_raster(run, folder):
+    """From straight above, two triangles would be exact enough; their tile has no detail for light and colours."""
+    pytest.importorskip("zarr")
+    y, x = np.mgrid[0:129, 0:129]
+    dem = write_map("hills", 400 * np.sin(x / 4) * np.cos(y / 5), UTM)
+    build(dem, "hills.zarr", tile=16, shard=64)
+    pictures = []
+    for name in (dem, "hills.zarr"):
+        assert run("tiles", name, "-o", f"{name}.t", "--texture", 129, "--max-error-m", 50)[0] == 0
+        pictures.append(glb_parts(f"{name}.t/3-0-0.glb")[2].astype(float).mean(2))
+    assert np.corrcoef(pictures[0].ravel(), pictures[1].ravel())[0, 1] > 0.9
+
+
+@pytest.mark.slow
 def test_workers_write_the_same_bytes_though_all_are_killed(run, folder, monkeypatch):
     monkeypatch.setattr(tiling, "SIDE", 256)  # as in workers
     dem = write_map("many", rough(600, 520, 2, 300), UTM)

@@ -1,7 +1,7 @@
 """A page that shows a mesh in any browser, without a network: one HTML file with everything inside.
 
-The page is `html/land.html`. It draws with three.js. `html/three.min.js` has the parts of three.js that this page and the
-page of tiles use; `.ci/three` makes that file.
+The page is `html/land.html`. It draws with three.js. `html/three.min.js` has the parts of three.js that this page and
+the page of tiles use; `.ci/three` makes that file.
 """
 
 import base64

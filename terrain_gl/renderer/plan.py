@@ -37,7 +37,10 @@ def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.nd
     level = float(np.mean(heightmap.range_m))
     x, y = (cols - 1) * east / 2, (rows - 1) * north / 2
     camera = Camera((x, y, level + away), (x, y, level), math.degrees(2 * math.atan(depth / 2 / away)))
-    image = renderer.render(camera, size=size, **look | {"near_m": away / 2, "curvature": "off"}).image
+    own: dict[str, Any] = {"near_m": away / 2, "curvature": "off"}
+    if heightmap.is_store:  # errors of height move nothing, but light and colours need the detail of finer tiles
+        own["max_error_px"] = 1 / (2 * AWAY)
+    image = renderer.render(camera, size=size, **look | own).image
     inside = [_inside(size[1], rows), _inside(size[0], cols)]
     return image[np.ix_(*inside)][..., :3]
 
