@@ -354,14 +354,14 @@ class Viewer:
             return Progress("computing light and shadow", self.painter.light.share or 0.0, False)
         if shot := self.saver.shot:
             return Progress(shot.words, shot.share, True)
-        if drawing is not None:
-            return Progress("drawing in full size", drawing, False)
-        return Progress(self.tiles.text, self.tiles.share, False) if self.tiles.are_coming else None
+        if self.tiles.are_coming:
+            return Progress(self.tiles.text, self.tiles.share, False)
+        return None if drawing is None else Progress("drawing in full size", drawing, False)
 
     @property
     def _is_dark(self) -> bool:
         """Whether a map has no light at all yet, although its style needs some."""
-        if not self.scene.has_map or self.scene.is_preview:
+        if not self.scene.has_map or self.scene.is_preview or self.tiles.are_coming:
             return False
         lit = self.scene.renderer.picture.lighting.is_there
         return self.scene.frame_spec().lit_look.is_lit and not lit and not self.painter.frame.awaits_map
