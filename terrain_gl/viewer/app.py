@@ -89,7 +89,8 @@ class App:
         self._draw(now_s)
         if (shown := self.viewer.shown) != self._shown:  # other panels: the next frame, with their sizes, may take long
             self._shown = shown
-            self._draw(now_s)
+            for _ in range(2):  # the sections of a new panel need one more frame than the panel
+                self._draw(now_s)
         return True
 
     def _draw(self, now_s: float) -> None:

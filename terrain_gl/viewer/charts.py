@@ -19,18 +19,15 @@ PAPER = (1.0, 1.0, 1.0, 0.04)
 
 
 def show(ui: Widgets, painter: Painter, controller: Controller, at_rest: bool) -> None:
-    """Build the graphs; `at_rest`: the picture is finished."""
+    """Build the graphs; `at_rest`: the picture is finished. Before the first picture they are empty."""
     frame = painter.frame
     records = list(painter.history.records)
-    if not frame.stats:
-        return
-    ui.line("Frame", UNKNOWN if frame.is_sketch else _frame_words(frame, at_rest))
+    is_known = bool(frame.stats) and not frame.is_sketch
+    ui.line("Frame", _frame_words(frame, at_rest) if is_known else UNKNOWN)
     _bars(ui, records)
-    ui.hint(
-        "frame", f"Milliseconds of the last frames, {clock(frame.stats)}: blue: levels, orange: draw, green: shade."
-    )
-    counted = f"{frame.stats['triangles']:,} in {frame.stats['patches']:,} patches"
-    ui.line("Triangles", UNKNOWN if frame.is_sketch else counted)
+    by_clock = f", {clock(frame.stats)}" if frame.stats else ""
+    ui.hint("frame", f"Milliseconds of the last frames{by_clock}: blue: levels, orange: draw, green: shade.")
+    ui.line("Triangles", f"{frame.stats['triangles']:,} in {frame.stats['patches']:,} patches" if is_known else UNKNOWN)
     _line(ui, [record.triangles for record in records])
     ui.hint("triangles", "Triangles of the last frames.")
     ui.line("Error", error_words(frame))
@@ -56,6 +53,8 @@ def error_words(frame: FrameStats) -> str:
     """The achieved error and the bound, as far as they are known."""
     if frame.is_preview or frame.is_sketch:
         return "preview: nothing certified"
+    if not frame.stats:
+        return UNKNOWN
     bound = bound_words(frame.stats, ".3f")
     if "complete" in frame.stats:  # of a store: its truth is on a disk, so no error is measured
         missing = len(frame.stats["tiles_missing"])

@@ -56,7 +56,7 @@ def test_until_the_picture_is_finished_a_line_says_what_is_waited_for(make_app, 
     set_budget(app.viewer, slow())
     app.viewer.loader.load("large", lambda progress: Opened(heightmap, Camera.default(heightmap), key="large"))
     app.viewer.loader.job.join()
-    waited_for, shares = [], []
+    waited_for, shares, panels = [], [], []
     while not app.viewer.settled:
         later(app, 0.3)
         shown = texts(app)
@@ -65,6 +65,9 @@ def test_until_the_picture_is_finished_a_line_says_what_is_waited_for(make_app, 
             assert found and "at rest" not in shown, (waited_for, shown)
             waited_for += [found[0]] * (found[0] not in waited_for)
             shares.append((found[0], app.viewer.progress.share))
+        if app.viewer.scene.has_map:
+            panels.append(min(app.gui.widgets.covered))  # its box, at the left: controls do not move under the mouse
+    assert panels and {*panels} == {panels[0]}
     assert waited_for == WAITS.split("|") and shares == sorted(shares, key=lambda each: waited_for.index(each[0]))
     for what in waited_for:
         of_it = [share for said, share in shares if said == what]
