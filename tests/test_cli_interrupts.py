@@ -84,7 +84,7 @@ def test_signals_wait_until_an_object_is_deleted(dem):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
-@pytest.mark.parametrize("module", ["terrain_gl.cli.info", "numpy", "moderngl", "OpenImageIO"])
+@pytest.mark.parametrize("module", ["terrain_gl.cli.measure", "numpy", "moderngl", "OpenImageIO"])
 def test_interrupt_of_an_import_is_quiet(dem, module):
     assert interrupted(IN_AN_IMPORT.format(module), "measure", dem) == (130, "", "")
 

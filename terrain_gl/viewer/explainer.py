@@ -163,6 +163,8 @@ class Explainer:
         """The land under the brightest pixel, or under one that is over the scale."""
         first, last, shift = self._scene.split.parts(self._window.size[0])[side]
         pixels = self._painter.canvas.pixels(side)[:, first - shift : last - shift]
+        if not pixels.size:  # the side has no room in the window
+            return None
         bright = np.where(np.ptp(pixels, -1) < _GREY, 0, pixels.sum(-1))  # sky, and land without a known error
         is_over = pixels[..., 2] > pixels[..., 0] + 128
         row, col = np.unravel_index((bright + 1000 * is_over).argmax(), bright.shape)

@@ -242,6 +242,7 @@ def test_the_legend_of_levels_has_only_those_in_the_picture_in_metres(viewer):
 def test_the_sides_change_places_and_the_divider_moves_without_drawing(viewer, monkeypatch):
     settle(viewer)
     press(viewer, "t")
+    viewer.settings.change_all(style="lod")  # in the style of errors, a ring is over the picture
     left, right = both_sides(viewer)
     assert changed(left, right) > 0.02
     viewer.window.refresh()

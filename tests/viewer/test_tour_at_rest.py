@@ -58,6 +58,7 @@ def test_a_lecture_and_a_brush_keep_the_tour_away(app):
 
 def test_the_small_map_has_the_outline_of_the_view_and_a_click_travels(app):
     viewer = app.viewer
+    app.resize((900, 900), 1.0)  # the whole section has room
     app.panels.opened |= dict.fromkeys(app.panels.opened, False) | {"Camera": True}
     for _ in range(3):
         listen(app)
