@@ -18,6 +18,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from table import head, row
+
 import terrain_gl as tg
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
@@ -54,12 +56,7 @@ def measured(renderer: tg.Renderer, camera: tg.Camera, way: str, triangles: int)
 
 def main() -> None:
     """Print a line for each view and budget, and the medians."""
-    print(f"{'':62}{'rms px':>8}{'certified px, least squares and max':>38}")
-    print(
-        f"{'map':44} {'view':7} {'triangles':>9} {'sat':>8} {'rms':>9} {'ratio':>6}",
-        end="",
-    )
-    print(f" {'max':>9} {'ratio':>6} {'max/rms':>7}")
+    head("map", "view", "triangles", "rms px", "certified, rms", "ratio", "certified, max", "ratio", "max / rms")
     rows = []
     for name, heightmap, first in maps(sys.argv[1] if len(sys.argv) > 1 else None):
         views = {"first": first} | {view: standard_view(heightmap, view) for view in ("ridge", "valley")}
@@ -70,17 +67,15 @@ def main() -> None:
                     bounds = sat["certified_max_error_px"], largest["certified_max_error_px"]
                     ratio = bounds[1] / bounds[0] if bounds[0] else math.nan
                     rows.append((sat["ratio"], largest["ratio"], ratio))
-                    print(
-                        f"{name[-44:]:44} {view:7} {triangles:>9,} {sat['rms_error_px']:8.4f}",
-                        end="",
-                    )
-                    print(
-                        f" {bounds[0]:9.3f} {sat['ratio']:6.2f} {bounds[1]:9.3f} {largest['ratio']:6.2f} {ratio:7.2f}",
-                        flush=True,
-                    )
-    for i, what in enumerate(("certified / achieved, rms", "the same, max", "certified, max / rms")):
-        known = [row[i] for row in rows if math.isfinite(row[i])]
-        print(f"{what:28} median {statistics.median(known):.2f}, most {max(known):.2f}, of {len(known)} rows")
+                    cells = bounds[0], sat["ratio"], bounds[1], largest["ratio"], ratio
+                    errors = (f"{sat['rms_error_px']:.4f}", *(f"{cell:.2f}" for cell in cells))
+                    row(name, view, f"{triangles:,}", *errors)
+    head("what", "median", "largest", "rows")
+    for i, what in enumerate(
+        ("certified / achieved, `rms`", "certified / achieved, `max`", "certified, `max` / `rms`")
+    ):
+        known = [each[i] for each in rows if math.isfinite(each[i])]
+        row(what, f"{statistics.median(known):.2f}", f"{max(known):.2f}", len(known))
 
 
 if __name__ == "__main__":

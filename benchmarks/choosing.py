@@ -12,6 +12,7 @@ import sys
 
 import numpy as np
 from scale import mirrored
+from table import head, row
 
 import terrain_gl as tg
 from terrain_gl.files.maps import bundled
@@ -57,15 +58,15 @@ def main():
     known = bundled()["alpine-30m"]
     land = tg.Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
     heights = mirrored(land.heights, max(sizes))
-    print(f"{'posts':>6}{'triangles':>11}{'patches':>9}{'ms':>8}")
+    head("posts", "triangles", "patches", "ms")
     for posts in sizes:
         first = (max(sizes) - posts) // 2
         part = np.ascontiguousarray(heights[first : first + posts, first : first + posts])
         heightmap = tg.Heightmap(part, land.spacing_m, f"{posts}")
         heightmap.quantised_m = float(heights.min()), float(heights.max())
-        with tg.Renderer(heightmap, SIZE) as renderer:
+        with tg.Renderer(heightmap, SIZE) as renderer, renderer.session:
             triangles, patches, ms = chosen(renderer, camera(heightmap))
-            print(f"{posts:6}{triangles:11,}{patches:9,}{ms:8.1f}", flush=True)
+            row(f"{posts}²", f"{triangles:,}", f"{patches:,}", f"{ms:.1f}")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """The first picture: programs, processor seconds, and events to pixels, with and without a cache of shaders.
 
     python benchmarks/first.py                              programs, `shot alpine`, and the window, under Xvfb
-    python benchmarks/first.py --pyvista FOLDER/bin/python  also pyvista's first picture, by a Python that has it
+    python benchmarks/first.py --pyvista FOLDER/bin/python  also pyvista's first picture, by a Python that has it;
+                                                            this Python is taken if it has pyvista
     python benchmarks/first.py --programs                   a line for each program
 
 Each run is a process of its own, from its start to the file or the end of the window. "Cold" runs have an empty cache
@@ -22,10 +23,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from table import head, row
 
 from terrain_gl import cli
 from terrain_gl.files.maps import open_map
@@ -91,9 +94,9 @@ def tell_programs(each: bool) -> None:
     with tempfile.TemporaryDirectory() as folder:
         programs = compiled(["shot", MAP, "-o", str(Path(folder) / "p.png"), "--size", "x".join(map(str, SIZE))])
     if each:
-        print("| program | macros | bytes |\n|---|---|---|")
+        head("program", "macros", "bytes")
         for program in programs:
-            print(f"| {program.files} | {program.defines} | {program.bytes:,} |")
+            row(program.files, program.defines, f"{program.bytes:,}")
     print(f"{len(programs)} programs, {sum(program.bytes for program in programs):,} bytes of expanded text")
 
 
@@ -134,14 +137,12 @@ def tell_pictures(times: int, pyvista: str | None) -> None:
                 cache = modules | {"MESA_SHADER_CACHE_DIR": str(Path(name) / f"cache{turn}-{i}")}
                 for state in ("cold", "warm"):
                     seconds.setdefault((what, state), []).append(timed(command, cache)[:2])
-    print(
-        "| first picture | shader cache | s | processor s | processor s, relative to pyvista |\n|---|---|---|---|---|"
-    )
+    head("first picture", "shader cache", "s", "processor s", "processor s, relative to pyvista")
     for (what, state), taken in seconds.items():
         clock, cpu = (statistics.median(values) for values in zip(*taken, strict=True))
         theirs = [taken[1] for taken in seconds.get(("pyvista, every post", state), [])]
         ratio = f"{cpu / statistics.median(theirs):.1f}" if theirs else "—"
-        print(f"| {what} | {state} | {clock:.1f} | {cpu:.1f} | {ratio} |")
+        row(what, state, f"{clock:.1f}", f"{cpu:.1f}", ratio)
 
 
 def tell_window(times: int) -> None:
@@ -156,20 +157,23 @@ def tell_window(times: int) -> None:
         for turn in range(times):
             for state in ("cold", "warm"):
                 told = timed(command, homes | {"MESA_SHADER_CACHE_DIR": str(Path(name) / f"cache{turn}")})[2]
-                for row in told.splitlines()[2:]:
-                    what, clock, cpu = (cell.strip() for cell in row.split("|")[1:4])
+                for line in told.splitlines()[2:]:
+                    what, clock, cpu = (cell.strip() for cell in line.split("|")[1:4])
                     rows.setdefault((what, state), []).append((float(clock), float(cpu)))
-    print("| window | shader cache | s from the start | processor s |\n|---|---|---|---|")
+    head("window", "shader cache", "s from the start", "processor s")
     for (what, state), taken in rows.items():
         clock, cpu = (statistics.median(values) for values in zip(*taken, strict=True))
-        print(f"| {what} | {state} | {clock:.1f} | {cpu:.1f} |")
+        row(what, state, f"{clock:.1f}", f"{cpu:.1f}")
 
 
 def main() -> None:
     """Print all tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--programs", action="store_true", help="only the programs, a line for each")
-    parser.add_argument("--pyvista", metavar="PYTHON", help="a Python that has pyvista")
+    here = sys.executable if find_spec("pyvista") else None
+    parser.add_argument(
+        "--pyvista", metavar="PYTHON", default=here, help="a Python that has pyvista; this one, if it has"
+    )
     parser.add_argument("--times", type=int, default=5)
     args = parser.parse_args()
     tell_programs(args.programs)
@@ -177,9 +181,7 @@ def main() -> None:
         return
     if not args.pyvista:
         print("pyvista is left out: --pyvista names a Python that has it")
-    print()
     tell_pictures(args.times, args.pyvista)
-    print()
     if shutil.which("xvfb-run"):
         tell_window(args.times)
     else:

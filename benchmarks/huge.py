@@ -5,16 +5,16 @@
 The land is a formula (`Land`). It answers any window at any stride exactly. A page is computed when it is read: its
 heights, and a proven bound of the error of each node.
 
-Prints: how long opening and a first picture take; a flight that waits for its pages, and one that does not; two views,
-measured; the most memory of the process so far (ru_maxrss of getrusage, which includes the driver), and of textures and
-buffers on the GPU, after each. With Mesa's software renderer the latter are part of the former.
+The table has: how long opening and a first picture take; a flight that waits for its pages, and one that does not; two
+views, measured; the most memory of the process so far (ru_maxrss of getrusage, which includes the driver), and of
+textures and buffers on the GPU, after each. With Mesa's software renderer the latter are part of the former.
 
     python benchmarks/huge.py choosing [ROUNDS]
 
 Compares what choosing a mesh costs: the same land and the same views, on maps of 4,096² posts and of 200,000 × 90,000.
 The smaller map is a part of the larger one. Its rims are not in the first three pictures; the fourth shows the land
 up to the horizon, which is further away on the larger map. Times are the median of 40 rounds, in which both maps take
-turns: processor time of all threads, and the stage `lod` by the clock. Pages are loaded before.
+turns: processor time of all threads. Pages are loaded before.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ import time
 from typing import Any
 
 import numpy as np
+from table import head, row
 
 import terrain_gl as tg
 from terrain_gl.gpu.packing import ERROR_UNIT
@@ -199,9 +200,11 @@ class Memory:
         """Remember what a frame took."""
         self.gpu_bytes = max(self.gpu_bytes, stats["gpu_bytes"]["total"])
 
-    def __str__(self) -> str:
+    @property
+    def cells(self) -> tuple[str, str]:
+        """The most memory so far: of the process, and on the GPU."""
         process_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        return f"most memory so far: {process_mib:.0f} MiB of the process, {self.gpu_bytes / 2**20:.0f} MiB on the GPU"
+        return f"{process_mib:.0f} MiB", f"{self.gpu_bytes / 2**20:.0f} MiB"
 
 
 def travel(size: tuple[int, int], frames: int) -> None:
@@ -216,8 +219,9 @@ def travel(size: tuple[int, int], frames: int) -> None:
         cameras = path(endless, frames)
         stats = renderer.draw(cameras[0], 1.0, style="lambert")
         memory.note(stats)
+        head("", "result", "memory of the process", "of this, on the GPU")
         took = f"{time.perf_counter() - started:.1f} s, {time.process_time():.1f} s of processor time"
-        print(f"opened and drawn: {took}; {memory}")
+        row("opened and drawn", took, *memory.cells)
         for waits in (True, False):
             fly(renderer, cameras[:: 1 if waits else -1], waits, memory)
         renderer.streaming.waits = True
@@ -256,10 +260,12 @@ def fly(renderer: tg.Renderer, cameras: list[tg.Camera], waits: bool, memory: Me
         complete += stats["complete"]
         certified.append(stats["certified_max_error_px"])
         most_tiles = max(most_tiles, stats["tiles_resident"])
-    how = "waiting for pages" if waits else "never waiting"
-    print(
-        f"{len(cameras)} frames, {how}: {complete} complete, certified at most {max(certified):.3g} px, "
-        f"{np.median(frame_ms):.0f} ms of the drawing thread in the median, {most_tiles} pages; {memory}"
+    name = f"flight, {len(cameras)} frames that wait for pages" if waits else "back again, never waiting"
+    row(
+        name,
+        f"{complete} complete, certified at most {max(certified):.3g} px, {most_tiles} pages; "
+        f"{np.median(frame_ms):.0f} ms of the drawing thread in the median",
+        *memory.cells,
     )
 
 
@@ -280,11 +286,11 @@ def measure(renderer: tg.Renderer, name: str, camera: tg.Camera, memory: Memory)
     worked = time.process_time()
     stats = renderer.measure()
     memory.note(stats)
-    print(
-        f"{name}: {stats['triangles']:,} triangles, {stats['tiles_resident']} pages, certified "
-        f"{stats['certified_max_error_px']:.4f} px, achieved {stats['max_error_px']:.4f} px at "
-        f"{stats['posts_measured']:,} posts, {stats['holes']} holes, {time.process_time() - worked:.0f} s of "
-        f"processor time; {memory}"
+    row(
+        f"measured {name}, {stats['posts_measured']:,} posts",
+        f"certified {stats['certified_max_error_px']:.3f} px, achieved {stats['max_error_px']:.3f} px, "
+        f"{stats['holes']} holes; {time.process_time() - worked:.0f} s of processor time",
+        *memory.cells,
     )
 
 
@@ -293,24 +299,18 @@ def choosing(rounds: int) -> None:
     first = 10 * PART, 24 * PART  # the nodes of the part are nodes of the large map, too
     large, small = Endless(), Endless(PART, PART, first)
     corner_m = first[1] * SPACING_M, (ROWS - first[0] - PART) * SPACING_M  # of the part in the large map
-    print("| view | map | triangles | pages | ms of processor time | ms of `lod` |")
-    print("|---|---|---|---|---|---|")
+    head("view", "triangles", *(f"{each.cols:,} × {each.rows:,} posts" for each in (small, large)), "ratio")
     with tg.Renderer(small, (1280, 720)) as one, tg.Renderer(large, (1280, 720)) as other:
         for name, (above_m, ahead_m) in VIEWS.items():
             camera = over_middle(small, above_m, ahead_m)
             both = {one: camera, other: moved(camera, corner_m)}
-            times: dict[tg.Renderer, list[tuple[float, float]]] = {one: [], other: []}
+            times: dict[tg.Renderer, list[float]] = {one: [], other: []}
             for _ in range(rounds + 1):
                 for renderer, each in both.items():
                     times[renderer].append(cost_ms(renderer, each))
-            medians = []
-            for renderer, each in times.items():
-                stats = renderer.choose(both[renderer], 1.0)
-                medians.append(np.median(each[1:], 0))
-                mesh = f"{stats['triangles']:,} | {stats['tiles_resident']}"
-                print(f"| {name} | {renderer.heightmap.name} | {mesh} | {medians[-1][0]:.1f} | {medians[-1][1]:.1f} |")
-            ratio = medians[1] / medians[0]
-            print(f"| {name} | ratio | | | {ratio[0]:.2f} | {ratio[1]:.2f} |", flush=True)
+            ms = [np.median(each[1:]) for each in times.values()]
+            counts = dict.fromkeys(f"{renderer.choose(both[renderer], 1.0)['triangles']:,}" for renderer in times)
+            row(name, " and ".join(counts), *(f"{each:.1f} ms" for each in ms), f"{ms[1] / ms[0]:.2f}")
 
 
 def over_middle(endless: Endless, above_m: float, ahead_m: float) -> tg.Camera:
@@ -326,11 +326,11 @@ def moved(camera: tg.Camera, by_m: tuple[float, float]) -> tg.Camera:
     return tg.Camera(eye, target, camera.fov_deg)
 
 
-def cost_ms(renderer: tg.Renderer, camera: tg.Camera) -> tuple[float, float]:
-    """Choose a mesh: milliseconds of processor time, and of the stage `lod` by the clock."""
+def cost_ms(renderer: tg.Renderer, camera: tg.Camera) -> float:
+    """Choose a mesh: milliseconds of processor time."""
     begun = time.process_time()
-    stats = renderer.choose(camera, 1.0)
-    return 1e3 * (time.process_time() - begun), stats["ms"]["lod"]
+    renderer.choose(camera, 1.0)
+    return 1e3 * (time.process_time() - begun)
 
 
 def main() -> int:

@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from table import head, row
 
 from terrain_gl.image import read_image
 
@@ -51,6 +52,7 @@ def run(words: tuple[str, ...]) -> tuple[float, float, float]:
 def main() -> None:
     """Print a table for each size."""
     held = "stores" not in sys.argv
+    head("posts", "picture", "clock", "processor time", "memory")
     for posts in (int(word) for word in sys.argv[1:] if word.isdigit()):
         with tempfile.TemporaryDirectory() as folder:
             os.environ["XDG_CACHE_HOME"] = str(Path(folder) / "cache")
@@ -60,9 +62,7 @@ def main() -> None:
                 if "--no-cache" in words and not held:
                     continue
                 clock_s, used_s, peak = run(words)
-                print(
-                    f"{posts:6d}²  {name:32s} {clock_s:6.1f} s  {used_s:6.1f} s processor  {peak:6.0f} MiB", flush=True
-                )
+                row(f"{posts:,}²", name, f"{clock_s:.1f} s", f"{used_s:.1f} s", f"{peak:,.0f} MiB")
             away = read_image("p.png").astype(float) - read_image("q.png")
             print(f"{posts:6d}²  RMSE of both pictures from stores: {np.sqrt(np.square(away).mean()) / 255:.3g}")
             os.chdir("/")

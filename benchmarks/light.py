@@ -22,6 +22,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import table
 from light_truth import render_light_truth
 from prefilters import LIGHT_LABELS, PRINTED, compare_light, shade_as_printed
 
@@ -29,7 +30,7 @@ from terrain_gl import Camera, Heightmap, Renderer, reference
 from terrain_gl.basics.replacing import replacing
 from terrain_gl.comparison.likeness import flip, rmse
 from terrain_gl.files.generate import Land, write_land
-from terrain_gl.files.maps import bundled, open_map
+from terrain_gl.files.maps import open_map
 from terrain_gl.gpu.context import create_context
 from terrain_gl.image import read_image, write_png
 from terrain_gl.light import horizon
@@ -55,6 +56,7 @@ LARGEST = 2049  # posts a side of the shaded part of a map
 PIECE = 65  # posts a side of a piece for ray marching
 EVERY = (1, 2, 3, 4)  # the sky is swept over every post, every second, every third, every fourth
 SQUARE = 12  # cells a side of squares whose means are compared, too
+STUDIED = ("alpine-30m", "canyon-15m")  # bundled maps of the parts `steps` and `lobes`
 LOBES_FROM = (1.2, 1.5, 2.0, 3.0, 4.5, 6.0, 1e6)  # posts across a footprint
 SIDES = (512, 1024, 2048, 4096)
 
@@ -96,8 +98,8 @@ class Kept:
 
 def visibility(kept: Kept) -> None:
     """Mean absolute errors of visible fractions, weighted by the cosine; the truth marches in quarters of a post."""
-    of_sky = "".join(f" sky, every {n} | in squares |" for n in EVERY)
-    print(f"| map | slope, mean | sun at 12° | sun at 35° |{of_sky}\n" + "|---" * (4 + 2 * len(EVERY)) + "|")
+    of_sky = (name for n in EVERY for name in (f"sky, every {n}", "in squares"))
+    table.head("map", "slope, mean", "sun at 12°", "sun at 35°", *of_sky)
     for name, path, scales in kept.maps():
         heightmap = Heightmap.open(path, **scales)
         parts = {"the steepest piece": [steepest(heightmap)], "all over": pieces(heightmap)}
@@ -106,9 +108,7 @@ def visibility(kept: Kept) -> None:
                 kept.of(f"visibility {name} {part} {i}", lambda each=each: visibility_of(each))
                 for i, each in enumerate(of)
             ]
-            print(
-                f"| {name}, {part} | " + " | ".join(f"{number:.4f}" for number in np.mean(found, 0)) + " |", flush=True
-            )
+            table.row(f"{name}, {part}", *(f"{number:.4f}" for number in np.mean(found, 0)))
 
 
 def visibility_of(heightmap):
@@ -178,19 +178,12 @@ def piece(heightmap, row, col):
 
 def pictures(kept: Kept) -> None:
     """RMSE and FLIP of every way to prefilter."""
-    print(
-        "| map | posts a pixel | "
-        + " | ".join(LIGHT_LABELS.values())
-        + " |\n|---|---"
-        + "|---" * len(LIGHT_LABELS)
-        + "|"
-    )
+    table.head("map", "posts a pixel", *LIGHT_LABELS.values())
     for posts, fine in FOOTPRINTS.items():
         for name, path, scales in kept.maps():
             key = f"picture {name} {posts}"
             numbers = kept.of(key, lambda *of, at=(kept, key, path, scales, posts, fine): picture_of(*at))
-            cells = [f"{numbers[way][0]:.4f} ({numbers[way][1]:.3f})" for way in LIGHT_LABELS]
-            print(f"| {name} | {posts} | " + " | ".join(cells) + " |", flush=True)
+            table.row(name, posts, *(f"{numbers[way][0]:.4f} ({numbers[way][1]:.3f})" for way in LIGHT_LABELS))
 
 
 def picture_of(kept, key, path, scales, posts, fine):
@@ -198,7 +191,7 @@ def picture_of(kept, key, path, scales, posts, fine):
     heightmap = middle_of(Heightmap.open(path, **scales))
     known = kept.folder / f"{key.replace(' ', '-')}-truth.png"
     truth = read_image(known) if known.exists() else None
-    with Renderer(heightmap, SIZE) as renderer:
+    with Renderer(heightmap, SIZE) as renderer, renderer.session:
         truth, images = compare_light(renderer, camera_over(heightmap, posts), fine, truth, sun=SUN)
     write_png(known, truth)
     row = [truth, *images.values()]
@@ -238,27 +231,25 @@ class Entering(Lighting):
 
 def steps(kept: Kept) -> None:
     """RMSE of our shading, and after each step towards the shading as Li et al. printed it (docs/light.md)."""
-    print("| map | posts a pixel | ours |" + "".join(f" step {i} |" for i in range(1, PRINTED + 1)))
-    print("|---" * (3 + PRINTED) + "|")
-    for name, posts in itertools.product(bundled(), (30, 3, 1)):
+    table.head("map", "posts a pixel", "ours", *(f"step {i}" for i in range(1, PRINTED + 1)))
+    for name, posts in itertools.product(STUDIED, (30, 3, 1)):
         numbers = kept.of(f"steps {name} {posts}", lambda name=name, posts=posts: of_view(kept, name, posts, steps_of))
-        print(f"| {name} | {posts} | " + " | ".join(f"{number:.4f}" for number in numbers) + " |", flush=True)
+        table.row(name, posts, *(f"{number:.4f}" for number in numbers))
 
 
 def lobes(kept: Kept) -> None:
     """RMSE for each size of footprint from which the table of lobes is used."""
-    print("| map | posts a pixel |" + "".join(f" from {each:g} |" for each in LOBES_FROM))
-    print("|---" * (2 + len(LOBES_FROM)) + "|")
-    for name, posts in itertools.product(bundled(), (30, 12, 6, 3)):
+    table.head("map", "posts a pixel", *(f"from {each:g}" for each in LOBES_FROM[:-1]), "never")
+    for name, posts in itertools.product(STUDIED, (30, 12, 6, 3)):
         numbers = kept.of(f"lobes {name} {posts}", lambda name=name, posts=posts: of_view(kept, name, posts, lobes_of))
-        print(f"| {name} | {posts} | " + " | ".join(f"{number:.5f}" for number in numbers) + " |", flush=True)
+        table.row(name, posts, *(f"{number:.5f}" for number in numbers))
 
 
 def of_view(kept, name, posts, measure):
     """Numbers of one view of a bundled map; the truth is kept beside them."""
     heightmap, look = open_map(name)[0], FrameOptions(method="full", sun=SUN, surroundings="none", grain="off")
     camera, known = camera_over(heightmap, posts), kept.folder / f"view-{name}-{posts}-truth.png"
-    with Renderer(heightmap, SIZE) as renderer:
+    with Renderer(heightmap, SIZE) as renderer, renderer.session:
         if not known.exists():
             write_png(known, render_light_truth(renderer, camera, SIZE, 12, look)[..., :3])
             renderer.resize(SIZE)
@@ -289,13 +280,13 @@ def lobes_of(picture, camera, look, truth):
 
 def horizons(kept: Kept) -> None:
     """Processor seconds for the tables of the sky and of the sun."""
-    print("| posts | sky, s | sun, s | sky, ns a post |\n|---|---|---|---|")
+    table.head("posts", "sky, s", "sun, s", "sky, ns a post")
     path = next(path for name, path, _ in kept.maps() if name == "alpine")
     heights = np.tile(Heightmap.open(path, spacing_m=20.0).heights[:2048, :2048], (2, 2))
     for side in SIDES:
         part = np.ascontiguousarray(heights[:side, :side])
         sky_s, sun_s = kept.of(f"horizons {side}", lambda part=part: horizons_of(part))
-        print(f"| {side}² | {sky_s:.2f} | {sun_s:.3f} | {1e9 * sky_s / side**2:.0f} |", flush=True)
+        table.row(f"{side}²", f"{sky_s:.2f}", f"{sun_s:.3f}", f"{1e9 * sky_s / side**2:.0f}")
 
 
 def horizons_of(heights):

@@ -2,9 +2,9 @@
 
 A picture of 1/s of the width and height, with a tolerance of t of its own pixels, takes a share of the processor time
 of the full picture. Enlarged to the full size it differs by `rmse` (steps of 1/255). The window uses the sizes and
-tolerances marked with *: `viewer.frame_budget.WAYS`.
+tolerances that are marked: `viewer.frame_budget.WAYS`. Numbers of several maps have a slash between them.
 
-Run: python benchmarks/motion.py [MAP ...]    bundled maps; their first views at 1280 × 720
+Run: python benchmarks/motion.py [MAP ...]    first views of bundled maps, 1280 × 720; alpine-30m and canyon-15m
 """
 
 import sys
@@ -12,6 +12,7 @@ import time
 
 import numpy as np
 from PIL import Image
+from table import head, row
 
 from terrain_gl import Camera, Renderer
 from terrain_gl.files.maps import bundled, open_map
@@ -42,16 +43,20 @@ def enlarged(renderer, camera, tolerance):
 
 def main():
     """Print a line for each way."""
-    print(f"{'map':10} {'size':>5} {'tolerance':>9} {'ms':>7} {'share':>6} {'rmse':>6}")
-    for name in sys.argv[1:] or bundled():
+    names = sys.argv[1:] or ("alpine-30m", "canyon-15m")
+    ways = {way: [] for way in TRIED}
+    for name in names:
         camera = bundled()[name].camera
         with Renderer(open_map(name)[0], SIZE) as renderer:
             full, full_ms = enlarged(renderer, camera, 1.0), best_ms(renderer, camera, 1.0)
             for s, t in TRIED:
                 renderer.resize((SIZE[0] // s, SIZE[1] // s))
                 ms, rmse = best_ms(renderer, camera, t), np.sqrt(np.mean((enlarged(renderer, camera, t) - full) ** 2))
-                used = "*" if any((s, t) == (way.shrink, way.looser) for way in WAYS) else ""
-                print(f"{name:10} {'1/' + str(s):>5} {t:>6} px {ms:>7.0f} {ms / full_ms:>6.2f} {rmse:>6.2f} {used}")
+                ways[s, t].append((f"{ms / full_ms:.2f}", f"{rmse:.1f}"))
+    head("width and height, tolerance", "used", "share of the time", "difference")
+    for (s, t), found in ways.items():
+        used = "yes" if any((s, t) == (way.shrink, way.looser) for way in WAYS) else ""
+        row(f"1/{s}, {t} px", used, *(" / ".join(each) for each in zip(*found, strict=True)))
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 
 import numpy as np
+from table import head, row
 
 import terrain_gl as tg
 
@@ -43,7 +44,8 @@ def main() -> None:
         },
         args.frames,
     )
-    print_table(times)
+    heightmap = map_of(args)
+    print_table(f"{heightmap.cols} × {heightmap.rows} posts", times)
 
 
 def map_of(args: argparse.Namespace) -> tg.Heightmap:
@@ -126,16 +128,14 @@ def times_of(drawers: dict[tuple[str, int], tuple], frames: int) -> dict[tuple[s
     return {name: all_of[2:] for name, all_of in times.items()}
 
 
-def print_table(times: dict[tuple[str, int], list[float]]) -> None:
+def print_table(posts: str, times: dict[tuple[str, int], list[float]]) -> None:
     """Medians, and their ratios to pyvista's frames."""
     medians = {name: float(np.median(all_of)) for name, all_of in times.items()}
     one, four = (medians["pyvista, every post", samples] for samples in (1, 4))
-    print(
-        "| | samples | ms, median | least | of pyvista with 4 samples | of pyvista with 1 |\n|---|---|---|---|---|---|"
-    )
+    head(posts, "samples", "ms, median", "least", "relative to pyvista with 4 samples", "with 1 sample")
     for (name, samples), median in medians.items():
         least = min(times[name, samples])
-        print(f"| {name} | {samples} | {median:.0f} | {least:.0f} | {median / four:.2f} | {median / one:.2f} |")
+        row(name, samples, f"{median:,.0f}", f"{least:,.0f}", f"{median / four:.2f}", f"{median / one:.2f}")
 
 
 if __name__ == "__main__":

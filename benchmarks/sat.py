@@ -7,6 +7,7 @@ import sys
 import time
 
 import numpy as np
+from table import head, row
 
 from terrain_gl.gpu.context import create_context
 from terrain_gl.sat import SummedAreaTables, Table
@@ -42,10 +43,11 @@ def main():
     size = int(sys.argv[1]) if len(sys.argv) > 1 else 4096
     ctx = create_context()
     print(f"{size} x {size} on {ctx.info['GL_RENDERER']}")
-    print(f"{'bits':>4} {'table ms':>10} {'numpy ms':>10} {'floor ms':>10} {'table/numpy':>12} {'table/floor':>12}")
+    head("bits", "table", "numpy", "floor", "table / numpy", "table / floor")
     for bits in (32, 64):
         table, numpy, floor = measure(ctx, size, bits)
-        print(f"{bits:4} {table:10.1f} {numpy:10.1f} {floor:10.1f} {table / numpy:12.2f} {table / floor:12.2f}")
+        times = (f"{ms:.0f} ms" for ms in (table, numpy, floor))
+        row(bits, *times, f"{table / numpy:.2f}", f"{table / floor:.1f}")
 
 
 if __name__ == "__main__":

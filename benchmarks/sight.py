@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from table import head, row
 
 from terrain_gl.files.maps import open_map
 
@@ -40,9 +41,10 @@ def check(lines):
 
 def times():
     """Print the time of 10,000 lines and of a viewshed, for three sizes of map."""
+    head("map", "posts a side", "10,000 lines", "viewshed")
     for name, heightmap in (
-        ("257 x 257", hills(257, 257)),
-        *((each, open_map(each)[0]) for each in ("alpine-30m", "alpine")),
+        ("random hills", hills(257, 257)),
+        *((f"`{each}`", open_map(each)[0]) for each in ("alpine-30m", "alpine")),
     ):
         east, north = heightmap.extent_m
         eye = (0.5 * east, 0.5 * north, float(heightmap.height_at(0.5 * east, 0.5 * north)) + 20)
@@ -52,7 +54,7 @@ def times():
             started = time.process_time()
             call(*places)
             seconds.append(time.process_time() - started)
-        print(f"{name} ({heightmap.rows} posts a side): 10,000 lines {seconds[0]:.2f} s, viewshed {seconds[1]:.2f} s")
+        row(name, heightmap.rows, f"{seconds[0]:.2f} s", f"{seconds[1]:.2f} s")
 
 
 if __name__ == "__main__":

@@ -21,6 +21,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from table import head, row
+
 PYVISTA = """
 import sys, numpy as np, imageio.v3 as iio, pyvista
 path, spacing, z_scale, out, *numbers = sys.argv[1:]
@@ -43,12 +45,12 @@ def line(name: str) -> Iterator[None]:
     """Print how long a step takes."""
     clock, cpu = time.perf_counter(), time.process_time()
     yield
-    print(f"| {name} | {time.perf_counter() - clock:.2f} | {time.process_time() - cpu:.2f} |", flush=True)
+    row(name, f"{time.perf_counter() - clock:.2f}", f"{time.process_time() - cpu:.2f}")
 
 
 def steps(args: argparse.Namespace) -> None:
     """One process, step by step."""
-    print("| step | s | processor s |\n|---|---|---|")
+    head("step", "s", "processor s")
     with line("import"):
         import terrain_gl as tg
         from terrain_gl.files.maps import open_map
@@ -91,10 +93,10 @@ def processes(args: argparse.Namespace) -> None:
         for _ in range(args.times + 1):
             for name, command in runs.items():
                 seconds[name].append(run(command))
-    print("\n| from start to file | s, least | processor s, least |\n|---|---|---|")
+    head("from start to file", "s, least", "processor s, least")
     for name, taken in seconds.items():
         clock, cpu = (min(values) for values in zip(*taken[1:], strict=True))
-        print(f"| {name} | {clock:.1f} | {cpu:.1f} |")
+        row(name, f"{clock:.1f}", f"{cpu:.1f}")
 
 
 def run(command: list[str]) -> tuple[float, float]:

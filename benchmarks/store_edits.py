@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from table import head, row
 
 import terrain_gl as tg
 from terrain_gl.camera import Camera
@@ -37,7 +38,8 @@ def main() -> int:
         with create_context() as ctx:
             land = generate(ctx, Land(posts, posts, seed=1, relief_m=2000.0, spacing_m=SPACING_M))
         build(land.heights, path, spacing_m=SPACING_M)
-        print("radius  ms a dab  triangles: before, wide, exact  tiles: before, wide, exact  rebuild s  edits MiB")
+        parts = (f"{what}{part}" for what in ("triangles", "tiles") for part in (" before", ", wide", ", exact"))
+        head("radius", "a dab", *parts, "rebuild", "memory of the edits")
         for radius in RADII_POSTS:
             edit(path, radius)
     return 0
@@ -60,9 +62,9 @@ def edit(path: Path, radius: int) -> None:
         rebuild_s = spent(renderer.rebuild)
         drawn.append(renderer.choose(camera, 1.0))
         assert isinstance(renderer.heightmap, EditedMap)
-        counts = [", ".join(f"{stats[key]:,}" for stats in drawn) for key in ("triangles", "tiles_resident")]
-        held = renderer.heightmap.bytes / 2**20
-        print(f"{radius:6} {np.median(ms):9.0f}  {counts[0]:>31} {counts[1]:>27} {rebuild_s:10.1f} {held:10.1f}")
+        counts = (f"{stats[key]:,}" for key in ("triangles", "tiles_resident") for stats in drawn)
+        held = f"{renderer.heightmap.bytes / 2**20:.1f} MiB"
+        row(f"{radius} posts", f"{np.median(ms):.0f} ms", *counts, f"{rebuild_s:.1f} s", held)
 
 
 def spent(work: object) -> float:

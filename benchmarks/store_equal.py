@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from table import head, row
 
 import terrain_gl as tg
 from terrain_gl.camera import Camera
@@ -43,8 +44,7 @@ STYLES = "lambert", "normals"
 def main() -> int:
     """Compare, and print a row for each map."""
     views, pictures = (int(word) for word in (*sys.argv[1:3], *("1000", "100")[len(sys.argv[1:3]) :]))
-    print("| map | posts | tiles | views | equal | pictures | equal | few slots | complete | with equal patches |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    head("map", "posts", "tiles", "views", "equal", "pictures", "equal", "few slots", "complete", "with equal patches")
     bad = sum(compare(name, views, pictures) for name in sys.argv[3:] or ["alpine-30m", "canyon-15m"])
     return int(bad > 0)
 
@@ -71,11 +71,8 @@ def compare(name: str, views: int, pictures: int) -> int:
                 counts["complete"] += stats["complete"]
                 counts["kept"] += is_kept(stats)
                 counts["alike"] += same_mesh(one, other, view)
-    print(
-        f"| {Path(name).stem} | {whole.cols} × {whole.rows} | {pages} | {views} | {counts['equal']} | {pictures} | "
-        f"{counts['pictures']} | {slots} | {counts['complete']} | {counts['alike']} |",
-        flush=True,
-    )
+    posts, few_slots = f"{whole.cols} × {whole.rows}", (slots, counts["complete"], counts["alike"])
+    row(Path(name).stem, posts, pages, views, counts["equal"], pictures, counts["pictures"], *few_slots)
     return 2 * views + pictures - counts["equal"] - counts["kept"] - counts["pictures"]
 
 

@@ -21,6 +21,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from table import head, row
 
 import terrain_gl as tg
 from terrain_gl.files.maps import open_map
@@ -79,15 +80,21 @@ def fly(stored: Late, count: int, size: tuple[int, int], style: str) -> None:
             if number in (count // 10, count - 1):
                 memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     print(f"{stored.name}: {count} frames of {size[0]}x{size[1]} in {style}, {1e3 * stored.latency_s:g} ms a tile")
-    for name, each in (("clock ", times[WARM:]), ("thread", busy[WARM:])):
+    columns = (
+        "median frame",
+        "99.9th percentile",
+        "99.9th percentile / median",
+        "complete frames",
+        "memory, at a tenth and the end",
+    )
+    head(f"`{style}`", *columns)
+    lit = f"; with all light {100 * (1 - unlit / count):.0f} %" if style == "shaded" else ""
+    more = f"{100 * complete / count:.1f} %{lit}", f"{memory[0]:.0f} and {memory[-1]:.0f} MiB"
+    for name, each in (("the thread that draws, processor time", busy[WARM:]), ("by the clock", times[WARM:])):
         middle, slow = np.median(each), np.percentile(each, 99.9)
-        print(
-            f"{name} {middle:.1f} ms in the middle, {slow:.1f} ms the slowest of a thousand: {slow / middle:.2f} times"
-        )
-    print(f"tiles  {100 * complete / count:.1f} % of the frames complete, certified at most {max(certified):.2f} px")
-    if style == "shaded":
-        print(f"light  {100 * (1 - unlit / count):.1f} % of the frames have all of their light")
-    print(f"memory at most {memory[0]:.0f} MiB after a tenth, {memory[-1]:.0f} MiB at the end")
+        row(name, f"{middle:.0f} ms", f"{slow:.0f} ms", f"{slow / middle:.1f}", *more)
+        more = "", ""
+    print(f"\ncertified at most {max(certified):.2f} px")
 
 
 def _canyon(folder: str) -> Path:

@@ -13,10 +13,10 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
+from table import head, row
 
 import terrain_gl as tg
 from terrain_gl.files.maps import open_map
@@ -33,6 +33,7 @@ def main() -> int:
     """Compare, and print."""
     names = sys.argv[1:2] or ["canyon-15m", "alpine-30m", "rainier"]
     tile = int(sys.argv[2]) if len(sys.argv) > 2 else 64
+    angles, seen = dict[str, list[str]](), dict[str, list[str]]()
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             heightmap = opened(name)
@@ -40,9 +41,14 @@ def main() -> int:
             stored = StoredMap(f"{folder}/s")
             stored.limit(2 << 30, 2 << 30)
             stored.look = heightmap.look = "alpine" if name == "rainier" else heightmap.look
-            print(f"{name}: {heightmap.cols} x {heightmap.rows} posts, tiles of {tile}")
-            horizons(heightmap, stored)
-            pictures(heightmap, stored)
+            angles[name] = horizons(heightmap, stored)
+            seen[name] = pictures(heightmap, stored)
+    head("map", *(f"level {level}: mean, 99 %, other side of the horizon" for level in range(LEVELS)))
+    for name, cells in angles.items():
+        row(name, *cells)
+    head("map", "tiles that the view needs", "all tiles loaded", "style `lambert`, for comparison")
+    for name, cells in seen.items():
+        row(name, *cells)
     return 0
 
 
@@ -54,8 +60,8 @@ def opened(name: str) -> tg.Heightmap:
     return tg.Heightmap(np.nan_to_num(whole.heights[:1025, :1025]), whole.spacing_m)
 
 
-def horizons(heightmap: tg.Heightmap, stored: StoredMap) -> None:
-    """Differences of the sun's horizon, by level."""
+def horizons(heightmap: tg.Heightmap, stored: StoredMap) -> list[str]:
+    """Differences of the sun's horizon: a cell for each level."""
     off: list[list[np.ndarray]] = [[] for _ in range(LEVELS)]
     flips: list[list[np.ndarray]] = [[] for _ in range(LEVELS)]
     for azimuth in (90.0, 0.0):
@@ -68,10 +74,12 @@ def horizons(heightmap: tg.Heightmap, stored: StoredMap) -> None:
             sees = (expected > -90) & (found > -90)
             off[level].append(np.abs(found - expected)[sees])
             flips[level].append(((found > 30) != (expected > 30))[sees])
+    cells = []
     for level in range(LEVELS):
         each = np.concatenate(off[level])
         share = 100 * np.concatenate(flips[level]).mean()
-        print(f"level {level}: mean {each.mean():.2f}°, 99 % {np.percentile(each, 99):.1f}°, other side {share:.2f} %")
+        cells.append(f"{each.mean():.2f}°, {np.percentile(each, 99):.1f}°, {share:.2f} %")
+    return cells
 
 
 def whole_sweep(heightmap: tg.Heightmap, azimuth: float) -> np.ndarray:
@@ -84,7 +92,7 @@ def whole_sweep(heightmap: tg.Heightmap, azimuth: float) -> np.ndarray:
 
 def page_sweeps(stored: StoredMap, azimuth: float) -> list[np.ndarray]:
     """The same from the pages of each level."""
-    with tg.Renderer(stored, (8, 8)) as renderer:
+    with tg.Renderer(stored, (8, 8)) as renderer, renderer.session:
         light = load_all(renderer).picture.lighting.visibility
         for _ in light.follow_steps(towards_sun(azimuth, 30)):
             pass
@@ -113,22 +121,21 @@ def load_all(renderer: tg.Renderer) -> tg.Renderer:
         return renderer
 
 
-def pictures(heightmap: tg.Heightmap, stored: StoredMap) -> None:
-    """Differences of pictures."""
+def pictures(heightmap: tg.Heightmap, stored: StoredMap) -> list[str]:
+    """RMSE of pictures, in steps of 1/255: with the tiles of the view, with all tiles, in the style `lambert`."""
     camera = standard_view(heightmap)
     how = {"sun": (245, 20), "surroundings": "none"}
     with tg.Renderer(heightmap, SIZE) as renderer:
         expected = renderer.render(camera, 1.0, **how).image
+    cells = []
     for what in ("tiles of the view", "all tiles"):
         with tg.Renderer(stored, SIZE) as renderer:
             if what == "all tiles":
                 load_all(renderer)
-            started = time.process_time()
             frame = renderer.render(camera, 1.0, **how)
-            seconds, count = time.process_time() - started, frame.stats["tiles_resident"]
+            cells.append(f"{rmse(frame.image, expected):.2f} ({frame.stats['tiles_resident']} tiles)")
             plain = renderer.render(camera, 1.0, style="lambert").image
-            line = f"{what}: RMSE {rmse(frame.image, expected):.2f}, lambert {rmse(plain, expected):.2f}"
-            print(f"{line} of 255; {count} tiles, {seconds:.1f} s of processor time")
+    return [*cells, f"{rmse(plain, expected):.2f}"]
 
 
 def rmse(one: np.ndarray, other: np.ndarray) -> float:

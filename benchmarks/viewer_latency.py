@@ -23,6 +23,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
+from table import head, row
 from windowless import open_app, opened, time_of
 
 from terrain_gl.viewer.app import App
@@ -44,12 +45,10 @@ def main(size: str = "1280x720", name: str = "alpine-30m", *only: str) -> int:
     times: Times = {}
     come_to_rest(app, times)
     for use in ("first", "second"):  # programs are compiled at their first use
-        print(f"{use + ' use':26} {'first changed frame':>22} {'whole picture':>22}   (processor seconds)")
+        head(f"event, {use} use", "first changed frame, s", "of the processor, s", "whole picture, s", "processor, s")
         for event in [event for event in EVENTS if not only or event.startswith(only)]:
             act = EVENTS[event]
-            (first_s, first_work_s), (whole_s, whole_work_s) = changes(app, act)
-            first, whole = f"{first_s:.2f} s ({first_work_s:.2f})", f"{whole_s:.2f} s ({whole_work_s:.2f})"
-            print(f"{event:26} {first:>22} {whole:>22}", flush=True)
+            row(event, *(f"{seconds:.2f}" for pair in changes(app, act) for seconds in pair))
     for _ in range(GLANCES):
         for _ in range(3):
             app.viewer.scene.controller.look(10, 0)
@@ -57,12 +56,11 @@ def main(size: str = "1280x720", name: str = "alpine-30m", *only: str) -> int:
         time.sleep(REST_S)
         come_to_rest(app, times)
     fly(app)
-    print(f"{'':12} {'frames':>6} {'median':>8} {'95 %':>8} {'longest':>8}   of work: {'median':>8} {'longest':>8}")
+    head("a frame with a step of", "frames", "ms, median", "95 %", "longest", "processor ms, median", "longest")
     for doing, each in times.items():
-        (wall, work), most = np.array(each).T, np.max(each, axis=0)
-        middle, late = np.median(wall), np.percentile(wall, 95)
-        by_clock = f"{doing:12} {len(wall):6} {middle:8.1f} {late:8.1f} {most[0]:8.1f}"
-        print(f"{by_clock}{'':12}{np.median(work):9.1f} {most[1]:8.1f}")
+        wall, work = np.array(each).T
+        numbers = np.median(wall), np.percentile(wall, 95), wall.max(), np.median(work), work.max()
+        row(doing, len(wall), *(f"{ms:.0f}" for ms in numbers))
     app.close()
     return 0
 

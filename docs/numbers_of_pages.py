@@ -1,6 +1,6 @@
 """Write the numbers of the pages again, each from the program of today.
 
-    python docs/numbers_of_pages.py [--page PAGE] [--table NAME] [--maps FOLDER] [--pictures]
+    python docs/numbers_of_pages.py [--page PAGE] [--table NAME] [--maps FOLDER] [--pictures] [--benchmarks [WORD]]
 
 A page has a block for each table:
 
@@ -11,6 +11,16 @@ A page has a block for each table:
 `TABLES` has a function for the rows of each table. With `--maps`, a folder of the real maps of maps.md, rows of real
 maps are measured again; if a map is missing, its rows stay as they are. `tests/test_numbers.py` measures some rows of
 each table and compares them with the page. `--pictures` also draws the pictures of the pages again.
+
+A table that a benchmark prints has a block that names the benchmark's command:
+
+    <!-- printed: python benchmarks/sat.py -->
+    ...
+    <!-- end of printed: commit, date, driver -->
+
+`--benchmarks` runs these commands, and takes from what they print the table with the same first line. That takes
+hours, and times need a quiet machine. With a word, only the commands that have it are run, and nothing else. Where a
+command fails, its tables stay as they are.
 """
 
 from __future__ import annotations
@@ -20,13 +30,14 @@ import csv
 import json
 import os
 import re
+import shlex
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -235,6 +246,17 @@ def bytes_a_post(name: str, part: str) -> list[str]:
     return [f"{stats['gpu_bytes'][part] / renderer.heightmap.heights.size:.1f}"]
 
 
+def for_one_pixel(name: str) -> list[str]:
+    """From a ridge: triangles of a mesh with every post and of `sat` for one pixel, with their largest errors."""
+    renderer = renderer_of(name, SIZE)
+    camera = camera_of(name, "ridge", renderer.heightmap)
+    cells = []
+    for method in ("full", "sat"):
+        stats = renderer.draw(camera, 1.0, method=method, style=UNLIT) | renderer.measure()
+        cells += [f"{stats['triangles']:,}", f"{stats['max_error_px']:.3g}"]
+    return cells
+
+
 def compared(_: str) -> list[str]:
     """The paragraph of README.md on baselines, from the tables of comparison.md."""
     page = (DOCS / "comparison.md").read_text("utf-8")
@@ -328,7 +350,6 @@ _SMALL_MAPS = (  # of about a million posts
     *("mixed", "hills", "canyons", "canyon-15m", "ridges", "tablelands", "N37W123.hgt"),
 )
 TABLES = (
-    Table("README.md", "compared", (), (("all maps",),), compared, (("all maps",),)),
     Table(
         "docs/maps.md",
         "opening",
@@ -424,6 +445,18 @@ TABLES = (
         spread,
         (("mixed", "ridge", "sat"),),
     ),
+    Table(
+        "docs/comparison.md",
+        "one-pixel",
+        ("map", "every post", "largest error, px", "sat", "largest error, px, of `sat`"),
+        tuple(
+            (name,)
+            for name in ("canyon-15m", "N37W123.hgt", "ps_height_1k.png", "mt_rainier_90m.tif", "greenriver.tif")
+        ),
+        for_one_pixel,
+        (("canyon-15m",),),
+    ),
+    Table("README.md", "compared", (), (("all maps",),), compared, (("all maps",),)),  # from the tables above
 )
 
 
@@ -499,13 +532,12 @@ def wrapped(text: str, width: int = 148) -> str:
     return "\n".join([*lines, line])
 
 
-def stamp(table: Table) -> str:
-    """Where the numbers of a block come from."""
+def stamp() -> str:
+    """The code that measures today."""
     last = ["git", "log", "-1", "--format=%h", "--", "terrain_gl", "glsl", "heightmaps"]  # a commit of the code
     commit = subprocess.run(last, capture_output=True, text=True, cwd=DOCS.parent).stdout
     driver = tg.create_context().info["GL_RENDERER"].split(" (")[0]
-    command = f"python docs/numbers_of_pages.py --table {table.name}"
-    return f"<!-- end of numbers: {command}, commit {commit.strip()}, {time.strftime('%-d %B %Y')}, {driver} -->"
+    return f"commit {commit.strip()}, {time.strftime('%-d %B %Y')}, {driver}"
 
 
 def measured(table: Table, keys: tuple[Key, ...]) -> Iterator[tuple[Key, list[str]]]:
@@ -526,9 +558,44 @@ def rewrite(table: Table) -> list[str]:
         text = path.read_text("utf-8")  # row by row, so that a run that ends early has not worked in vain
         block = block_of(text, table.name)
         body = written(table, {key: cells for key, cells in found.items() if cells})
-        path.write_text(text.replace(block[0], f"{block[1]}{body}\n{stamp(table)}"), "utf-8")
+        end = f"<!-- end of numbers: python docs/numbers_of_pages.py --table {table.name}, {stamp()} -->"
+        path.write_text(text.replace(block[0], f"{block[1]}{body}\n{end}"), "utf-8")
         print(table.name, *key, *cells, file=sys.stderr, flush=True)
     return [f"{' '.join(key)}: {before.get(key)} -> {found[key]}" for key in found if found[key] != before.get(key)]
+
+
+PRINTED = re.compile(
+    r"<!-- printed: (?P<command>[^\n]*) -->\n(?P<table>(?P<head>\|[^\n]*)\n.*?)<!-- end of printed: [^\n]* -->",
+    re.DOTALL,
+)
+
+
+@cache
+def tables_of(command: str) -> list[str]:
+    """The tables that a command prints."""
+    environment = os.environ | {"PYTHONPATH": str(DOCS.parent)} | ({"TERRAIN_GL_DEM": str(_folder)} if _folder else {})
+    words = [sys.executable if word == "python" else word for word in shlex.split(command)]
+    words = [str(_folder) if word == "$TERRAIN_GL_DEM" else word for word in words]
+    words = [str(_folder / word) if _folder and (_folder / word).is_file() else word for word in words]
+    print(command, file=sys.stderr, flush=True)
+    done = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=False, cwd=DOCS.parent, env=environment)
+    return re.findall(r"(?:^\|.*\n)+", done.stdout, re.MULTILINE)
+
+
+def reprint(page: Path, word: str) -> list[str]:
+    """Write the tables of a page that benchmarks print; returns the rows that are new."""
+    new = []
+    for found in [*PRINTED.finditer(page.read_text("utf-8"))]:
+        if word not in found["command"]:
+            continue
+        fresh = next((table for table in tables_of(found["command"]) if table.startswith(f"{found['head']}\n")), None)
+        if not fresh:
+            new.append(f"{found['command']}: NO TABLE with the first line {found['head']}")
+            continue
+        new += sorted({*fresh.splitlines()} - {*found["table"].splitlines()})
+        block = f"<!-- printed: {found['command']} -->\n{fresh}<!-- end of printed: {stamp()} -->"
+        page.write_text(page.read_text("utf-8").replace(found[0], block), "utf-8")
+    return new
 
 
 def main() -> None:
@@ -539,11 +606,16 @@ def main() -> None:
     parser.add_argument("--table", choices=[table.name for table in TABLES])
     parser.add_argument("--maps", type=Path, help="folder of the real maps")
     parser.add_argument("--pictures", action="store_true", help="also draw the pictures")
+    parser.add_argument("--benchmarks", metavar="WORD", nargs="?", const="", help="also run benchmarks, with this word")
     args = parser.parse_args()
     _folder = args.maps.resolve() if args.maps else None
-    for table in TABLES:
+    for table in () if args.benchmarks else TABLES:
         if args.page in (None, Path(table.page).stem) and args.table in (None, table.name):
             print("\n".join(rewrite(table)))
+    if args.benchmarks is not None:
+        for page in sorted(DOCS.glob("*.md")):
+            if args.page in (None, page.stem):
+                print("\n".join(reprint(page, args.benchmarks)))
     if args.pictures:
         draw_pictures()
 

@@ -71,6 +71,35 @@ def test_a_block_is_written_and_read_again():
         numbers.block_of(text, "another")
 
 
+PRINTED = [
+    (page.name, found["command"], found["table"], found[0])
+    for page in sorted((ROOT / "docs").glob("*.md"))
+    for found in numbers.PRINTED.finditer(page.read_text("utf-8"))
+]
+
+
+@pytest.mark.parametrize(("page", "command", "table", "block"), PRINTED, ids=[f"{p}-{c[18:]}" for p, c, *_ in PRINTED])
+def test_a_printed_table_names_a_benchmark_and_where_its_numbers_come_from(page, command, table, block):
+    script = ROOT / command.split()[1]
+    assert re.search("from table import head, row|import table", script.read_text("utf-8"))
+    head, _, *rows = table.splitlines()
+    assert rows and all(row.count("|") == head.count("|") for row in rows)
+    assert re.search(r"<!-- end of printed: commit [0-9a-f]{7,}, \d+ \w+ 20\d\d, .*llvmpipe", block)
+
+
+def test_printed_tables_are_taken_from_what_a_command_prints(folder):
+    Path("try.py").write_text("print('words\\n\\n| a | b |\\n|---|---|\\n| 1 | 3 |\\n\\n| c |\\n|---|\\n| 5 |\\n')")
+    command = f"{sys.executable} {folder / 'try.py'}"
+    page = folder / "page.md"
+    before = "<!-- printed: {} -->\n| {} |\n|---|---|\n| 1 | 2 |\n<!-- end of printed: before -->\n"
+    page.write_text(before.format(command, "a | b") + before.format(command, "a | x") + before.format("no", "a | b"))
+    new = numbers.reprint(page, "try.py")
+    assert new == ["| 1 | 3 |", f"{command}: NO TABLE with the first line | a | x |"]
+    first, second, third = page.read_text("utf-8").split("<!-- printed: ")[1:]
+    assert "| 1 | 3 |" in first and "commit" in first and "| c |" not in first
+    assert "| 1 | 2 |" in second and "before" in second and "| 1 | 2 |" in third
+
+
 CLAIMS = (  # a page, words that claim that something is always so, the test that tries it
     ("README.md", "on any map and after any edit", "test_bound_holds_on_any_map_from_anywhere"),
     ("README.md", "on any map and after any edit", "test_bound_holds_after_an_edit"),
