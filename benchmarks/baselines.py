@@ -18,6 +18,8 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
+from table import head, row
+
 from terrain_gl import Heightmap, Renderer
 from terrain_gl.basics.replacing import replacing
 from terrain_gl.comparison import compare, curves
@@ -150,12 +152,6 @@ def budgets_of(case):
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def markdown(rows):
-    """A table."""
-    head, *body = [f"| {' | '.join(row)} |" for row in rows]
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 def error_rows(found):
     """Rows: RMS screen errors of all methods at equal triangles, and ratios of errors."""
     ours, methods = "sat", compare.COMPARED
@@ -216,8 +212,11 @@ def main(folder, *parts):
         print(f"[{'#' * (30 * i // len(todo)):<30}] {part} {case.name}", file=sys.stderr, flush=True)
         work(part, case)
     for part in parts or known:
-        rows = picture_rows if part == "pictures" else error_rows
-        print(f"\n## {part}\n\n{markdown(rows(known[part]))}")
+        names, *rows = (picture_rows if part == "pictures" else error_rows)(known[part])
+        print(f"\n## {part}")
+        head(*names)
+        for cells in rows:
+            row(*cells)
     write_errors([case for case in known["maps"] if "full" in case.known], folder / "screen_error.csv")
 
 

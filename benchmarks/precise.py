@@ -12,19 +12,21 @@ import statistics
 import sys
 import time
 
+from table import head, row
+
 import terrain_gl as tg
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.gpu import shaders
 from terrain_gl.gpu.context import create_context
 
 SIZE = (640, 360)
-text_of = shaders._text
-WORDS = {"precise": text_of, "without": lambda lines: text_of(lines).replace("precise ", "")}
+source = shaders.source
+WORDS = {"precise": source, "without": lambda *given: source(*given).replace("precise ", "")}
 
 
 def works(name, ctx):
     """A renderer with the shaders of `WORDS[name]`, already compiled; and the functions to time, by name."""
-    shaders._text = WORDS[name]
+    shaders.source = WORDS[name]
     renderer = tg.Renderer(open_map("alpine")[0], SIZE, ctx=ctx)
     known = bundled()["alpine"]
 
@@ -49,7 +51,7 @@ def processor_ms(renderer, work):
 def measure(ctx, runs):
     """Print a line for each part."""
     made = {name: works(name, ctx) for name in WORDS}
-    print("| what | ms with `precise` | ms without | ratio of medians | median of ratios |\n|---|---|---|---|---|")
+    head("what", "ms with `precise`", "ms without", "ratio of medians", "median of ratios")
     for part in made["precise"][1]:
         ms = {name: [] for name in made}
         for _ in range(runs):
@@ -57,8 +59,8 @@ def measure(ctx, runs):
                 ms[name].append(processor_ms(renderer, found[part]))
         medians = {name: statistics.median(times) for name, times in ms.items()}
         ratios = [a / b for a, b in zip(*ms.values(), strict=True)]
-        shares = f"{medians['precise'] / medians['without']:.3f} | {statistics.median(ratios):.3f}"
-        print(f"| {part} | {medians['precise']:.2f} | {medians['without']:.2f} | {shares} |", flush=True)
+        shares = medians["precise"] / medians["without"], statistics.median(ratios)
+        row(part, *(f"{ms:.2f}" for ms in medians.values()), *(f"{share:.3f}" for share in shares))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ _LINE: Rgba = (1.0, 0.8, 0.47, 1.0)
 
 
 class Overview:
-    """The map; its shades are computed once for each map and each edit."""
+    """The map. Its shades are computed once for each map; edits do not show in them."""
 
     def __init__(self) -> None:
         self._of: Heightmap | None = None
