@@ -462,7 +462,7 @@ class Trial:
 
 
 def in_order(found):
-    """Results without the order of words, which may differ where threads append to a list; of bytes in planes of bytes."""
+    """Results without the order of words, or of bytes in planes of bytes: threads append to lists in any order."""
 
     def kind(each):
         return "u1" if len(each) % 4 else "u4"
