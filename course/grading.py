@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 import os
 import stat
 import tempfile
@@ -16,7 +17,7 @@ from .checking import NOT_RUN, WRONG, Lesson, Outcome, points_text
 from .folders import HERE
 from .folders import lessons as all_lessons
 from .remote import Student
-from .similar import likenesses
+from .similar import likenesses, runs_text
 
 LARGEST = 1 << 20  # bytes of a student's file
 DEPTH = 6  # levels of folders below a submission that are searched
@@ -29,6 +30,8 @@ NOTED = (
     "File too large",
     "MemoryError",
     "ImportError",
+    "ModuleNotFoundError",
+    "PermissionError",
     "BlockingIOError",
 )
 
@@ -38,7 +41,13 @@ def open_walls() -> list[str]:
     with tempfile.TemporaryDirectory() as beside:
         Path(beside, "kept").write_text("kept")
         with Student(HERE / "box" / "probe.py", 20.0, walled=True) as probe:
-            return [str(name) for name in probe.escapes(beside, os.getpid())]
+            return [str(name) for name in probe.escapes(beside, os.getpid(), _answers())]
+
+
+def _answers() -> list[str]:
+    """Files with the computations that students write, wherever the project is installed."""
+    found = importlib.util.find_spec("terrain_gl")
+    return [str(HERE / "checking.py"), *([found.origin] if found and found.origin else [])]
 
 
 def submissions(folder: Path) -> list[Path]:
@@ -144,8 +153,11 @@ def _tell_likenesses(found: dict[str, Graded], folder: Path, lesson: Lesson) -> 
             if one in found:
                 told[one].append(f"{like.share:.0%} like {other}")
     for name, said in told.items():
-        more = f" and {len(said) - 1} more" if len(said) > 1 else ""
-        found[name].alike = f"{said[0]}{more}" if said else ""
+        file = files.get(name)
+        runs = runs_text(file.read_text("utf-8", "replace")) if file else ""
+        parts = [f"{said[0]} and {len(said) - 1} more" if len(said) > 1 else said[0]] if said else []
+        parts += [f"has {runs}: it can run a hidden text, so read it"] if runs else []
+        found[name].alike = ", ".join(parts)
 
 
 def write_table(students: dict[str, list[Graded]], lessons: list[Lesson], seed: int, path: Path) -> None:

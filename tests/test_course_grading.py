@@ -1,5 +1,7 @@
 """Grading: forty folders become a table; nothing hangs, and nothing gets out of its folder."""
 
+import ast
+import base64
 import csv
 import os
 import re
@@ -7,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import courses
@@ -17,6 +20,7 @@ pytest.importorskip("course.grading")
 from course import grading, similar  # noqa: E402
 from course.box import walls  # noqa: E402
 from course.remote import StudentError  # noqa: E402
+from terrain_gl import reference  # noqa: E402
 
 LESSON = checking.lesson(2)
 BLANK = solving.blank(solving.solution(LESSON.folder).read_text(encoding="utf-8"))
@@ -46,6 +50,27 @@ MALICIOUS = {
     "imports_reference": "from terrain_gl import reference\n" + HEAD + "    return reference.error_px(*a)\n",
     "tall": HEAD + "    import numpy as np\n    return np.zeros((10**6, 1, 1))\n",
 }
+REFERENCE = Path(reference.__file__).parent  # installed, editable or not
+WHERE = f"PACKAGE, SAT, CHECK, ROOT = {str(REFERENCE.parent)!r}, {str(REFERENCE / 'sat.py')!r}, "
+WHERE += f"{str(LESSON.folder / 'check.py')!r}, {str(ROOT)!r}\n"
+# ways to what the project computes: each makes a function `found` where there are no walls
+STOLEN = {
+    "by_import": "from terrain_gl import reference\nfound = reference.sat\n",
+    "by_importlib": "import importlib\nfound = importlib.import_module('terrain_' + 'gl.reference').sat\n",
+    "without_guard": "import sys\nsys.meta_path[:] = [e for e in sys.meta_path if type(e).__name__ != 'LookUp']\n"
+    "sys.path.append(ROOT)\nfrom terrain_gl import reference\nfound = reference.sat\n",
+    "by_place": "import importlib.util as util\nspec = util.spec_from_file_location('sat', SAT)\n"
+    "module = util.module_from_spec(spec)\nspec.loader.exec_module(module)\nfound = module.sat\n",
+    "by_text": "names = {}\nexec(open(SAT).read(), names)\nfound = names['sat']\n",
+    "by_runpy": "import runpy\nfound = runpy.run_path(SAT)['sat']\n",
+    "by_link": "import os, runpy\nos.symlink(SAT, 'mine.py')\nfound = runpy.run_path('mine.py')['sat']\n",
+    "by_process": "import subprocess\ntext = subprocess.run(['cat', SAT], capture_output=True, check=True).stdout\n"
+    "names = {}\nexec(text, names)\nfound = names['sat']\n",
+    "by_check": "names = {}\nexec(open(CHECK).read(), names)\nfound = names['moved_px']\n",
+    "by_course": "import sys\nsys.path.append(ROOT)\nfrom course import land\nfound = land.land\n",
+    "by_gpu": "import terrain_gl\nfound = terrain_gl.Renderer\n",
+    "by_own_gpu": "import moderngl\nfound = moderngl.create_context\n",
+}
 # an answer whose shape makes a check's own arithmetic need more memory than there is: 1.4 compares it with a map
 TALL_FILL = "\n\ndef fill(*a):\n    return np.zeros((1000000, 1, 1))\n"
 
@@ -71,6 +96,8 @@ def graded(tmp_path_factory):
     hand_in(folder, "loops_once", f"{solved(2)}\n\ndef bound_px(*a):\n    while True: pass\n")
     for name, text in MALICIOUS.items():
         hand_in(folder, name, text if isinstance(text, bytes) else f"OUTSIDE = {str(outside)!r}\n{text}")
+    for name, text in STOLEN.items():
+        hand_in(folder, name, WHERE + text + "shift_px = tolerance_m = bound_px = found\n")
     (folder / "nothing").mkdir()
     (folder / "file.zip").write_text("not unpacked")
     os.symlink(outside, folder / "linked")
@@ -171,7 +198,44 @@ def test_the_walls_stand_and_are_tried_out(tmp_path):
     assert grading.open_walls() == []
     (tmp_path / "kept").write_text("kept")
     with courses.checking.Student(ROOT / "course" / "box" / "probe.py", 20.0) as probe:
-        assert len(probe.escapes(str(tmp_path), os.getpid())) == 7
+        assert len(probe.escapes(str(tmp_path), os.getpid(), grading._answers())) == 9
+
+
+def test_ways_to_the_reference_lead_there_without_walls_and_nowhere_in_grading(graded, tmp_path, monkeypatch):
+    """Each attack works as a program of its own; graded, it has no point and a reason."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    for name, text in STOLEN.items():
+        names = {}
+        exec(WHERE + text, names)
+        assert callable(names["found"]), name
+        row = graded[0][name]
+        assert row["sum"] == "0" and re.search(
+            "ImportError|Error: .*(not permitted|denied|unavailable)|No module", row["notes"]
+        ), row
+
+
+def test_a_function_of_the_reference_under_other_names_is_told(tmp_path):
+    """Names, brackets, lines and the first line of a function do not hide a copy, nor do the other functions."""
+    lesson, text = checking.lesson(5), (REFERENCE / "error.py").read_text(encoding="utf-8")
+    body = next(part for part in ast.parse(text).body if getattr(part, "name", "") == "largest_errors")
+    copied = "\n".join(f"    {line}" for part in body.body[1:] for line in ast.unparse(part).splitlines())
+    for old in sorted({each.id for each in ast.walk(body) if isinstance(each, ast.Name)} - {"np"}):
+        copied = re.sub(rf"\b{old}\b", f"my_{old}", copied)
+    path = tmp_path / "student.py"
+    path.write_text(f"{solved(5)}\n\ndef bounds(heights):\n{copied}\n")
+    found = [each for each in similar.likenesses(lesson, {"anna": path}) if each.other != "the solution"]
+    assert [(each.other, each.share) for each in found] == [("the reference in bounds()", 1.0)]
+
+
+def test_a_hand_in_that_can_run_a_hidden_text_is_told(tmp_path):
+    hidden = base64.b64encode(zlib.compress(solved(2).encode())).decode()
+    hand_in(tmp_path, "anna", f"import base64, zlib\nexec(zlib.decompress(base64.b64decode('{hidden}')))\n")
+    hand_in(tmp_path, "ben", solved(2) + "# exec: a comment\n")
+    found = grading.grade(tmp_path, [LESSON], 5, 20.0, 1, lambda name: None)
+    assert found["anna"][0].points == 10 and "has exec: it can run a hidden text" in found["anna"][0].note
+    assert "exec" not in found["ben"][0].note
 
 
 @pytest.mark.parametrize("read", ["import terrain_gl", "sys.meta_path.clear(); import terrain_gl", "open(OWN).read()"])

@@ -9,8 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 
-def escapes(beside: str, parent: int) -> list[str]:
-    """The forbidden actions that succeed: of write, delete, chmod, read, network, signal, fork."""
+def escapes(beside: str, parent: int, answers: list[str]) -> list[str]:
+    """The forbidden actions that succeed: of write, delete, chmod, read, network, signal, fork.
+
+    `answers` are files with the computations that students write.
+    """
 
     def fork() -> None:
         if os.fork() == 0:
@@ -34,6 +37,7 @@ def escapes(beside: str, parent: int) -> list[str]:
         "signals processes": stop_and_go,
         "starts processes": fork,
     }
+    tries |= {f"reads {path}": Path(path).read_bytes for path in answers}
     return [name for name, attempt in tries.items() if _goes_through(attempt)]
 
 

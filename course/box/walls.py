@@ -11,6 +11,7 @@ Each of the four is used if the system has it. `probe.py` tries to break out, an
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import os
 import shutil
 import sys
@@ -151,8 +152,11 @@ def _readable() -> list[str]:
     """Python's own library, numpy and the system's libraries: no other package, so neither answers nor this project."""
     library = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib")}
     own = [str(path) for folder in library for path in Path(folder).iterdir() if not path.name.endswith("-packages")]
-    packages = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
-    numpy = [str(Path(folder, name)) for folder in packages for name in ("numpy", "numpy.libs")]
-    linked = ["/usr/lib", "/usr/lib64", "/lib", "/lib64", "/etc/ld.so.cache", "/dev/urandom", "/proc/cpuinfo"]
+    found = importlib.util.find_spec("numpy")  # it may stand in the packages of the Python below this environment
+    packages = Path(found.origin).parents[1] if found and found.origin else Path()
+    numpy = [str(packages / name) for name in ("numpy", "numpy.libs")]
+    system = [Path(name) for name in ("/usr/lib", "/usr/lib64", "/lib", "/lib64") if os.path.isdir(name)]
+    linked = [str(path) for each in system for path in each.iterdir() if not path.name.startswith("python")]
     shared = [str(path) for path in Path(sys.base_prefix, "lib").glob("*.so*")]
-    return [*own, *numpy, *shared, *linked, str(Path(__file__).parent)]
+    files = ["/etc/ld.so.cache", "/dev/urandom", "/proc/cpuinfo"]
+    return [*own, *numpy, *shared, *linked, *files, str(Path(__file__).parent)]
