@@ -18,23 +18,23 @@ RUNNER = HERE / "box" / "shaders.py"
 _AT = re.compile(r"\b\d+:(\d+)\(\d+\)|\b\d+\((\d+)\)|\b\d+:(\d+)(?=:)")  # line numbers of Mesa, NVIDIA and AMD
 
 
-def missing() -> str:
-    """Why there is no OpenGL 4.3 here; empty if there is."""
+def missing(version: int) -> str:
+    """Why there is no OpenGL of a version here, such as 430; empty if there is."""
     try:
-        _renderer()
+        _renderer(version)
     except StudentError as error:
-        return f"this machine has no OpenGL 4.3: {error}"
+        return f"this machine has no OpenGL {version // 100}.{version // 10 % 10}: {error}"
     return ""
 
 
 @cache  # exceptions are not cached: if the machine was too busy to answer, the next call asks again
-def _renderer() -> str:
+def _renderer(version: int) -> str:
     """Name of the driver."""
     with Student(RUNNER, SECONDS, ours=True) as runner:
-        return str(runner.renderer())
+        return str(runner.renderer(version))
 
 
-def ready(student: Student, texts: Any, names: set[str]) -> Finding | None:
+def ready(student: Student, texts: Any, names: set[str], version: int) -> Finding | None:
     """Why shaders cannot run: they are blank, or there is no OpenGL here; None if they can."""
     if not isinstance(texts, dict) or not names <= set(texts) or not all(isinstance(texts[n], str) for n in names):
         return Finding("shaders", WRONG, f"expected a dict of the texts of {', '.join(sorted(names))}")
@@ -43,7 +43,7 @@ def ready(student: Student, texts: Any, names: set[str]) -> Finding | None:
     unwritten = sorted(name for name in given if _bare(texts[name]) == _bare(original[name]))
     if unwritten:
         return Finding("shaders", BLANK, f"not written yet: {', '.join(unwritten)}")
-    why = missing()
+    why = missing(version)
     return Finding("shaders", NOT_RUN, why) if why else None
 
 
@@ -102,7 +102,7 @@ def _line_in(lines: list[str], at: int, file: list[str]) -> int:
 
 def prefix_sums(student: Student, texts: Any, maps: list[np.ndarray]) -> Iterator[Finding]:
     """Compare the tables that reduce, scan and propagate compute from maps of uint32."""
-    hindrance = ready(student, texts, {"reduce", "scan", "propagate"})
+    hindrance = ready(student, texts, {"reduce", "scan", "propagate"}, 430)
     if hindrance is not None:
         yield hindrance
         return

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import ctypes
 import sys
 from functools import cache
-from typing import Any
 
+import glcontext
 import moderngl
 import numpy as np
 
+COMPUTE, TESSELLATION = 430, 410  # versions of OpenGL: of compute shaders, and the last one of macOS
+VERTICES = 3 * 65536  # room for what shaders make
+TRANSFORM_FEEDBACK_BUFFER = 0x8C8E
 PAST = 256  # words after the end of a buffer, to see whether a shader writes there
 
 
 @cache
-def context() -> moderngl.Context:
-    """A context without a window, on the machine's driver or on Mesa's software renderer."""
-    if sys.platform.startswith("linux"):
-        libraries: dict[str, Any] = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
-        return moderngl.create_context(standalone=True, require=430, **libraries)
-    return moderngl.create_context(standalone=True, require=430)
+def context(version: int) -> moderngl.Context:
+    """A context without a window, on the machine's driver or on Mesa's software renderer; `extra` finds functions."""
+    linux = sys.platform.startswith("linux")
+    backend = glcontext.get_backend_by_name("egl") if linux else glcontext.default_backend()
+    libraries = {"libgl": "libGL.so.1", "libegl": "libEGL.so.1"} if linux else {}
+    loader = backend(mode="standalone", glversion=version, **libraries)
+    ctx = moderngl.create_context(version, standalone=True, context=loader)
+    ctx.extra = loader
+    return ctx
 
 
 def _said(error: Exception) -> str:
@@ -27,14 +34,14 @@ def _said(error: Exception) -> str:
     return "; ".join(line for line in lines if not line.endswith("_shader") and "Compiler failed" not in line)
 
 
-def renderer() -> str:
+def renderer(version: int) -> str:
     """Name of the driver."""
-    return str(context().info["GL_RENDERER"])
+    return str(context(version).info["GL_RENDERER"])
 
 
 def prefix_table(texts: dict[str, str], values: np.ndarray) -> np.ndarray:
     """Summed-area table of (rows, cols) uint32 by the shaders reduce, scan and propagate."""
-    ctx, (rows, cols) = context(), values.shape
+    ctx, (rows, cols) = context(COMPUTE), values.shape
     shaders = {}
     for name, text in texts.items():
         try:
@@ -63,7 +70,7 @@ def prefix_table(texts: dict[str, str], values: np.ndarray) -> np.ndarray:
 
 
 VERTEX = """
-#version 430
+#version 410
 in ivec4 in_square;
 in ivec4 in_edges;
 in int in_inner;
@@ -73,17 +80,20 @@ out int v_inner;
 void main() { v_square = in_square; v_edges = in_edges; v_inner = in_inner; gl_Position = vec4(0.0); }
 """
 LEVELS = """
-#version 430
-layout(quads, equal_spacing, ccw) in;
-layout(std430, binding = 0) buffer Levels { float level[]; };
+#version 410
+layout(quads, equal_spacing, ccw, point_mode) in;
+out vec4 v_outer;
+out vec2 v_inner;
+out float v_patch;
 void main() {
-    for (int i = 0; i < 4; i++) level[gl_PrimitiveID * 6 + i] = gl_TessLevelOuter[i];
-    for (int i = 0; i < 2; i++) level[gl_PrimitiveID * 6 + 4 + i] = gl_TessLevelInner[i];
+    v_outer = vec4(gl_TessLevelOuter[0], gl_TessLevelOuter[1], gl_TessLevelOuter[2], gl_TessLevelOuter[3]);
+    v_inner = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
+    v_patch = float(gl_PrimitiveID);
     gl_Position = vec4(0.0);
 }
 """
 UNIFORM = """
-#version 430
+#version 410
 layout(vertices = 1) out;
 in ivec4 v_square[];
 in int v_inner[];
@@ -94,24 +104,15 @@ void main() {
     for (int i = 0; i < 2; i++) gl_TessLevelInner[i] = float(v_inner[0]);
 }
 """
-CAPTURE = """
-#version 430
-layout(triangles) in;
-layout(points, max_vertices = 1) out;
-layout(std430, binding = 0) buffer Triangles { uint count; float place[]; };
-in vec3 v_place[];
-void main() {
-    uint at = atomicAdd(count, 1u) * 9u;
-    for (int i = 0; i < 9; i++) if (at + i < place.length()) place[at + i] = v_place[i / 3][i % 3];
-}
-"""
 
 
 def levels(control: str, squares: np.ndarray, edges: np.ndarray, inner: np.ndarray) -> np.ndarray:
     """Levels that a control shader sets for each patch, (n, 6): four outer, two inner; 0 for patches not drawn."""
-    out = context().buffer(bytes(4 * 6 * len(squares)))
-    _draw(control, LEVELS, None, squares, edges, inner, out, {})
-    return np.frombuffer(out.read(), np.float32).reshape(-1, 6)
+    varyings = {"v_outer": 4, "v_inner": 2, "v_patch": 1}
+    told = _captured(control, LEVELS, moderngl.POINTS, varyings, squares, edges, inner, {})
+    found = np.zeros((len(squares), 6), np.float32)
+    found[told[:, 6].astype(int)] = told[:, :6]  # all vertices of a patch tell the same
+    return found
 
 
 def mesh(
@@ -123,31 +124,31 @@ def mesh(
     inner: np.ndarray,
 ) -> np.ndarray:
     """Triangles that both shaders make from patches, (m, 3, 3): column, row, height of each vertex."""
-    texture = context().texture(heights.shape[::-1], 1, np.ascontiguousarray(heights, np.float32).tobytes(), dtype="f4")
-    out = context().buffer(bytes(4 + 36 * 65536))
-    _draw(control or UNIFORM, evaluation, CAPTURE, squares, edges, inner, out, {"u_heights": texture})
-    count = int(np.frombuffer(out.read(4), np.uint32)[0])
-    return np.frombuffer(out.read(36 * min(count, 65536), offset=4), np.float32).reshape(-1, 3, 3)
+    ctx = context(TESSELLATION)
+    texture = ctx.texture(heights.shape[::-1], 1, np.ascontiguousarray(heights, np.float32).tobytes(), dtype="f4")
+    textures, varyings = {"u_heights": texture}, {"v_place": 3}
+    told = _captured(control or UNIFORM, evaluation, moderngl.TRIANGLES, varyings, squares, edges, inner, textures)
+    return told.reshape(-1, 3, 3)
 
 
-def _draw(
+def _captured(
     control: str,
     evaluation: str,
-    geometry: str | None,
+    mode: int,
+    varyings: dict[str, int],
     squares: np.ndarray,
     edges: np.ndarray,
     inner: np.ndarray,
-    out: moderngl.Buffer,
     textures: dict[str, moderngl.Texture],
-) -> None:
-    """Draw patches without a picture; the shaders write to a buffer."""
-    ctx = context()
+) -> np.ndarray:
+    """What the evaluation shader writes at each vertex of each primitive, (vertices, floats): transform feedback."""
+    ctx = context(TESSELLATION)
     try:
         program = ctx.program(
             vertex_shader=VERTEX.strip(),
             tess_control_shader=control.strip(),
             tess_evaluation_shader=evaluation.strip(),
-            geometry_shader=geometry.strip() if geometry else None,
+            varyings=tuple(varyings),
         )
     except moderngl.Error as error:
         name = next((name for name in ("control", "evaluation") if f"tess_{name}_shader" in str(error)), "shaders")
@@ -164,6 +165,21 @@ def _draw(
             program[name] = unit
     ctx.patch_vertices = 1
     ctx.simple_framebuffer((1, 1)).use()
-    out.bind_to_storage_buffer(0)
-    ctx.vertex_array(program, content).render(moderngl.PATCHES, vertices=len(squares))
-    ctx.memory_barrier()
+    words = sum(varyings.values())
+    out = ctx.buffer(reserve=4 * words * VERTICES)
+    array, counted = ctx.vertex_array(program, content), ctx.query(primitives=True)
+    array.render(moderngl.PATCHES, vertices=0)  # binds the program and the array: moderngl captures no patches itself
+    with counted:
+        _call(ctx, "glBindBufferBase", TRANSFORM_FEEDBACK_BUFFER, 0, out.glo)
+        _call(ctx, "glBeginTransformFeedback", mode)
+        _call(ctx, "glDrawArrays", moderngl.PATCHES, 0, len(squares))
+        _call(ctx, "glEndTransformFeedback")
+    if ctx.error != "GL_NO_ERROR":
+        raise ValueError("evaluation: it makes no triangles: look at its layout")
+    count = min(counted.primitives * (3 if mode == moderngl.TRIANGLES else 1), VERTICES)
+    return np.frombuffer(out.read(4 * words * count), np.float32).reshape(-1, words)
+
+
+def _call(ctx: moderngl.Context, name: str, *words: int) -> None:
+    """Call a function of OpenGL whose arguments are whole numbers."""
+    ctypes.CFUNCTYPE(None, *[ctypes.c_uint] * len(words))(ctx.extra.load(name))(*words)

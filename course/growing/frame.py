@@ -3,9 +3,11 @@
 Run: python my_terrain.py MAP.png PICTURE.png
 """
 
+import ctypes
 import sys
 import time
 
+import glcontext
 import moderngl
 import numpy as np
 from matplotlib import pyplot as plt
@@ -94,12 +96,14 @@ void main() { out_colour = vec4(v_colour, 1.0); }
 
 
 def context(version=330):
-    """OpenGL without a window."""
-    if sys.platform.startswith("linux"):
-        return moderngl.create_context(
-            version, standalone=True, backend="egl", libgl="libGL.so.1", libegl="libEGL.so.1"
-        )
-    return moderngl.create_context(version, standalone=True)
+    """OpenGL without a window; `extra` finds functions that moderngl lacks."""
+    linux = sys.platform.startswith("linux")
+    backend = glcontext.get_backend_by_name("egl") if linux else glcontext.default_backend()
+    libraries = {"libgl": "libGL.so.1", "libegl": "libEGL.so.1"} if linux else {}
+    loader = backend(mode="standalone", glversion=version, **libraries)
+    ctx = moderngl.create_context(version, standalone=True, context=loader)
+    ctx.extra = loader
+    return ctx
 
 
 def rasterise(size, places, values, triangles, sky):

@@ -8,13 +8,14 @@ from course.shaders import ready, runner
 
 TITLE = "Tessellation hardware"
 NAMES = {"control", "evaluation"}
+OPENGL = 410  # where macOS ends
 
 
 @task("8.1 control: the levels", points=3)
 def control(student, rng):
     """Each edge must get its segments; a patch that is not drawn must get level 0."""
     texts = student.shaders()
-    hindrance = ready(student, texts, {"control"})
+    hindrance = ready(student, texts, {"control"}, OPENGL)
     if hindrance is not None:
         yield hindrance
         return
@@ -41,7 +42,7 @@ def lattice(squares, inner, shape):
 def evaluation(student, rng):
     """Vertices must be on their posts, triangles counter-clockwise, for all numbers of segments, also at the rim."""
     texts = student.shaders()
-    hindrance = ready(student, texts, {"evaluation"})
+    hindrance = ready(student, texts, {"evaluation"}, OPENGL)
     if hindrance is not None:
         yield hindrance
         return
@@ -90,7 +91,7 @@ def blocks(rng, segments):
 def both(student, rng):
     """Patches of different sizes: every edge inside must be shared by two triangles."""
     texts = student.shaders()
-    hindrance = ready(student, texts, NAMES)
+    hindrance = ready(student, texts, NAMES, OPENGL)
     if hindrance is not None:
         yield hindrance
         return

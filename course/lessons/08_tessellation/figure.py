@@ -51,8 +51,9 @@ def main(path):
         places = mesh[..., :2].astype(float)
         off.append(float(np.mean(places != np.rint(places))))
     axes[2].bar(segments, 100 * np.array(off), width=0.8)
+    driver = shaders.renderer(shaders.TESSELLATION).split(" (")[0]
     axes[2].set(
-        title=f"positions in floats: coordinates off their posts\n({shaders.renderer().split(' (')[0]})",
+        title=f"positions in floats: coordinates off their posts\n({driver})",
         xlabel="segments",
         ylabel="per cent",
     )

@@ -14,7 +14,7 @@ def shaders():
 #   gl_TessLevelOuter[0], [1], [2], [3] are the edges u = 0, v = 0, u = 1, v = 1.
 # v_edges holds the segments of the edges in the order north, east, south, west. A patch that is not drawn gets level 0.
 CONTROL = """
-#version 430
+#version 410
 layout(vertices = 1) out;
 in ivec4 v_square[];  // column, row, side; 1 if the patch is drawn, else 0
 in ivec4 v_edges[];   // segments along north, east, south, west
@@ -31,7 +31,7 @@ void main() {
 #   v_place is the post's column and row, and its height. Posts past the map's last post are clamped to it.
 #   Triangles are counter-clockwise seen from above: rows run to the south, so think about cw and ccw.
 EVALUATION = """
-#version 430
+#version 410
 // write this
 patch in ivec4 p_square;
 uniform sampler2D u_heights;  // texel (column, row); texelFetch(u_heights, ivec2(column, row), 0).r
