@@ -49,7 +49,8 @@ def grown(last: int, fill: bool) -> str:
         own = _functions(found, "\n".join(stages.values()), fill)
         pieces = {**pieces, **_pieces("\n".join(own), title), **_pieces(stage, title)}
     main = _pieces(end, "end")
-    used, todo = set(), _names(main["main"].part) | {f"paint_{last:02d}", f"report_{last:02d}"}
+    subjects = {f"{kind}_{last:02d}" for kind in ("paint", "show", "report", "film")}
+    used, todo = set(), _names(main["main"].part) | subjects
     while todo:
         name = todo.pop()
         if name in pieces and name not in used:
@@ -57,11 +58,12 @@ def grown(last: int, fill: bool) -> str:
             todo |= _names(pieces[name].part)
     text, title = [head], "frame"
     for name, piece in pieces.items():
-        if name in used and piece.title != title:
+        if name not in used or piece.text in head:
+            continue
+        if piece.title != title:
             title = piece.title
             text.append(f"# --- {title} {'-' * (100 - len(title))}")
-        if name in used and piece.text not in head:
-            text.append(piece.text)
+        text.append(piece.text)
     return "\n\n\n".join([*text, end]) + "\n"
 
 
@@ -96,11 +98,13 @@ def picture(last: int, fill: bool, out: Path, file: Path, beside: bool = True) -
 
 
 def draw_right(last: int) -> str:
-    """Draw the picture of a right solution, for the right side of the student's picture."""
+    """Draw the picture of a right solution, and its film, for the lesson's page."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "picture.png"
         said = picture(last, True, out, Path(folder) / "my_terrain.py", beside=False)
-        shutil.copyfile(out, lesson(last).folder / "picture.png")
+        for path in (out, out.with_suffix(".webp")):  # a film, where the lesson has one
+            if path.is_file():
+                shutil.copyfile(path, lesson(last).folder / path.name)
     return said
 
 
@@ -146,7 +150,7 @@ def _solved(found: Lesson) -> str:
 
 
 def _top(text: str) -> dict[str, ast.stmt]:
-    """Functions and constants of a module."""
+    """Functions, constants and imports of a module."""
     try:
         body = ast.parse(text).body
     except SyntaxError as error:
@@ -160,7 +164,13 @@ def _top(text: str) -> dict[str, ast.stmt]:
         for target in ast.walk(each)
         if isinstance(target, ast.Name)
     }
-    return {**values, **functions}
+    imports = {
+        each.asname or each.name.partition(".")[0]: part
+        for part in body
+        if isinstance(part, ast.Import | ast.ImportFrom)
+        for each in part.names
+    }
+    return {**imports, **values, **functions}
 
 
 def _names(part: ast.AST) -> set[str]:

@@ -65,6 +65,66 @@ def test_the_last_one_draws_alpine_within_an_error(tmp_path, capsys):
     assert 2000 < int(triangles) < 6000 and float(error_px) < 10 and out.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.fixture
+def mine(tmp_path):
+    """The program of a lesson, by right functions, as a module; and its map."""
+    if missing(330):
+        pytest.skip(missing(330))
+
+    def made(number):
+        file = tmp_path / f"my_terrain_{number}.py"
+        file.write_text(grow.grown(number, fill=True), encoding="utf-8")
+        module = checking.load(file)
+        return module, module.read(grow.MAP)
+
+    return made
+
+
+@pytest.mark.slow
+def test_lesson_7_marks_vertices_on_open_edges_and_only_before_the_repair(mine):
+    program, heights = mine(7)
+    left, _, right = np.split(program.show_07(heights, *program.mesh(heights)), [480, 484], axis=1)
+    dots = [int((np.abs(half - (0.9, 0.1, 0.05)).max(-1) < 1e-6).sum()) for half in (left, right)]
+    assert dots[0] > 200 and dots[1] == 0
+
+
+@pytest.mark.slow
+def test_lesson_9_shows_the_tower_that_greedy_has_not_seen(mine):
+    """The halves differ where the top of the tower is."""
+    program, heights = mine(9)
+    with_tower = heights.copy()
+    with_tower[program.TOWER] += 1500
+    left, _, right = np.split(program.show_09(heights, *program.grid(0, 0, 128, 128, 8)), [480, 484], axis=1)
+    x, y, z = program.in_camera(program.places_of(with_tower, np.array([program.TOWER[::-1]])))[:, 0]
+    row, col = (int(middle + program.camera()[1] * at / z) for middle, at in ((135, -y), (240, x)))
+    top = slice(row, row + 12), slice(col - 3, col + 4)
+    assert np.abs(left[top] - right[top]).max() > 0.3 and left.shape == right.shape == (270, 480, 3)
+
+
+@pytest.mark.slow
+def test_lesson_10_the_mean_vector_is_near_the_truth_and_one_normal_is_not(mine):
+    program, heights = mine(10)
+    pictures = program.show_10(heights, *program.grid(0, 0, 128, 128, 8))
+    one, mean, truth = (pictures[:, 484 * k : 484 * k + 480] for k in range(3))
+    assert np.abs(one - truth).mean() > 3 * np.abs(mean - truth).mean() > 0
+
+
+@pytest.mark.slow
+def test_lesson_14_has_a_film_whose_red_is_on_the_left(mine, tmp_path):
+    program, heights = mine(14)
+    assert "flight.webp" in program.film_14(heights, str(tmp_path / "flight.png"))
+    image = pytest.importorskip("PIL.Image")
+    with image.open(tmp_path / "flight.webp") as film:
+        assert film.n_frames == 32
+        red = np.zeros(2)
+        for frame in range(32):
+            film.seek(frame)
+            pixels = np.asarray(film.convert("RGB"), int)
+            strong = pixels[..., 0] - pixels[..., 1] > 80
+            red += strong[:, :480].sum(), strong[:, 484:].sum()
+    assert red[0] > 10 * red[1] and red[0] > 300
+
+
 @pytest.fixture(scope="module")
 def entry(tmp_path_factory):
     """Lesson 12's entry, and a right student's program."""

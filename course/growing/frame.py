@@ -121,21 +121,29 @@ def rasterise(size, places, values, triangles, sky):
     return found
 
 
+SKY = 0.62, 0.72, 0.84
+
+
 def draw(heights, posts, triangles, colours):
     """The picture, (rows, cols, 3) from 0 to 1."""
-    return rasterise(SIZE, project(places_of(heights, posts)), colours, triangles, (0.62, 0.72, 0.84))
+    return rasterise(SIZE, project(places_of(heights, posts)), colours, triangles, SKY)
 
 
-def error_px(heights, posts, triangles):
-    """The largest error of the drawn land, in pixels, over the inner posts that are in the picture."""
-    rows, cols = heights.shape
-    x, y = posts.T
+def errors_px(heights, posts, triangles):
+    """The error of the drawn land at each post, (rows, cols), in pixels; 0 at the rim and outside of the picture."""
+    (rows, cols), (x, y) = heights.shape, posts.T
     flat = np.stack([(2 * x + 1) / cols - 1, 1 - (2 * y + 1) / rows, 0 * x, 0 * x + 1], -1)  # from above
     drawn = rasterise((cols, rows), flat, heights[y, x][:, None] * np.ones(3), triangles, (0, 0, 0))[..., 0]
     row, col = np.indices(heights.shape).reshape(2, -1)
     p, (axes, focal) = in_camera(places_of(heights, np.stack([col, row], 1))), camera()
     seen = (p[2] > 300) & (np.abs(p[:2]) * focal / p[2] < np.array(SIZE)[:, None] / 2).all(0)
     seen &= (row > 0) & (row < rows - 1) & (col > 0) & (col < cols - 1)  # rasterisers may leave out the rim
-    off = np.abs(drawn - heights).ravel()[seen]
+    off, found = np.abs(drawn - heights).ravel()[seen], np.zeros(heights.size)
     a, b, z = p[:, seen]
-    return float((focal * off / z * np.hypot(axes[0, 2] - a / z * axes[2, 2], axes[1, 2] - b / z * axes[2, 2])).max())
+    found[seen] = focal * off / z * np.hypot(axes[0, 2] - a / z * axes[2, 2], axes[1, 2] - b / z * axes[2, 2])
+    return found.reshape(rows, cols)
+
+
+def error_px(heights, posts, triangles):
+    """The largest error of the drawn land, in pixels, over the inner posts that are in the picture."""
+    return float(errors_px(heights, posts, triangles).max())

@@ -8,22 +8,6 @@ void main() { v_square = in_square; v_edges = in_edges; v_inner = in_inner; }
 """
 
 
-def captured(ctx, array, patches, most):
-    """The triangles' corners as the evaluation shader has placed them. moderngl itself captures no patches."""
-
-    def call(name, *words):
-        ctypes.CFUNCTYPE(None, *[ctypes.c_uint] * len(words))(ctx.extra.load(name))(*words)
-
-    found, counted = ctx.buffer(reserve=36 * most), ctx.query(primitives=True)
-    array.render(moderngl.PATCHES, vertices=0)  # binds the program and the array
-    with counted:
-        call("glBindBufferBase", 0x8C8E, 0, found.glo)  # GL_TRANSFORM_FEEDBACK_BUFFER
-        call("glBeginTransformFeedback", moderngl.TRIANGLES)
-        call("glDrawArrays", moderngl.PATCHES, 0, patches)
-        call("glEndTransformFeedback")
-    return np.frombuffer(found.read(36 * counted.primitives), np.float32).reshape(-1, 3)
-
-
 def mesh(heights):
     """Posts and triangles as the driver has made them."""
     squares = squares_of(heights)
@@ -44,8 +28,19 @@ def mesh(heights):
     ctx.texture(heights.shape[::-1], 1, np.float32(heights).tobytes(), dtype="f4").use(0)
     ctx.patch_vertices = 1
     ctx.simple_framebuffer((1, 1)).use()
-    most = 4 * int((np.maximum(edges.max(1), inner) ** 2).sum())
-    corners = captured(ctx, ctx.vertex_array(program, buffers), len(squares), most)[:, :2].astype(int)
+    found = ctx.buffer(reserve=36 * 4 * int((np.maximum(edges.max(1), inner) ** 2).sum()))
+    array, counted = ctx.vertex_array(program, buffers), ctx.query(primitives=True)
+
+    def call(name, *words):
+        ctypes.CFUNCTYPE(None, *[ctypes.c_uint] * len(words))(ctx.extra.load(name))(*words)
+
+    array.render(moderngl.PATCHES, vertices=0)  # binds the program and the array: moderngl captures no patches itself
+    with counted:
+        call("glBindBufferBase", 0x8C8E, 0, found.glo)  # GL_TRANSFORM_FEEDBACK_BUFFER
+        call("glBeginTransformFeedback", moderngl.TRIANGLES)
+        call("glDrawArrays", moderngl.PATCHES, 0, len(squares))
+        call("glEndTransformFeedback")
+    corners = np.frombuffer(found.read(36 * counted.primitives), np.float32).reshape(-1, 3)[:, :2].astype(int)
     posts, which = np.unique(corners, axis=0, return_inverse=True)
     ctx.release()
     return posts, which.reshape(-1, 3)
