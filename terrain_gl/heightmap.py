@@ -433,15 +433,16 @@ class Heightmap:
 
 def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
     """Real numbers of any type as an array of any shape; masked values become NaN. `UsageError` for other values."""
+    is_masked = type(heights) is not np.ndarray and isinstance(heights, np.ma.MaskedArray)  # np.ma is slow to import
     try:
-        values: np.ndarray = heights if isinstance(heights, np.ma.MaskedArray) else np.asarray(heights)
+        values: Any = heights if is_masked else np.asarray(heights)
     except ValueError:
         raise UsageError(f"{name}: expected real heights, got rows of different lengths: {heights!r:.60}") from None
     except TypeError:  # a DataTree of xarray, for example
         raise UsageError(f"{name}: expected an array of heights, got {type(heights).__name__}") from None
     if values.dtype.kind not in "iufb":
         raise UsageError(f"{name}: expected real heights, got {values.dtype}: {values.ravel()[:3]!s:.60}")
-    return np.ma.filled(values.astype(np.float64), np.nan) if isinstance(values, np.ma.MaskedArray) else values
+    return np.ma.filled(values.astype(np.float64), np.nan) if is_masked else values
 
 
 def ground_m(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:

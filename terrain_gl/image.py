@@ -63,6 +63,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
     if FORMATS[suffix] == "uint8":
         attributes |= {"oiio:ColorSpace": "sRGB", "CompressionQuality": 95}
         attributes["png:compressionLevel"] = 4  # level 6 takes three times as long for files 6 % smaller
+        attributes["png:filter"] = 16  # libpng's PNG_FILTER_SUB; a choice for each row takes 1.6 times as long
     with writing_rows(path, shape, FORMATS[suffix], attributes) as write:
         yield lambda rows: write(_stored(rows, suffix))
 

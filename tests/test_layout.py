@@ -140,7 +140,7 @@ TWICE = [
     ("light/lobes.glsl", "LOBE_LAYERS", lobes.LAYERS),
     ("horizon/disc.glsl", "SUN_LAYERS", horizon.SUN_LAYERS),
     ("horizon/disc.glsl", "SUN_STEPS", horizon.SUN_STEPS),
-    ("horizon/fold.comp", "BATCH", horizon.BATCH),
+    ("horizon/fold.comp", "AZIMUTHS", horizon.AZIMUTHS),
     ("horizon/fold.comp", "SINES", horizon.SINES),
     ("horizon/fold.comp", "COSINES", horizon.COSINES),
     ("horizon/fold.comp", "TEXEL", layout.SKY_TEXEL),

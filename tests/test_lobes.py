@@ -99,6 +99,19 @@ def test_an_edit_equals_a_rebuild(ctx):
     assert lobes.buffer.read() == fresh.buffer.read()
 
 
+def test_tables_follow_the_look(ctx):
+    """The kernel has macros for one look: with another look, it is another kernel."""
+    terrain = Terrain(ctx, Heightmap(hills(40, 50), spacing_m=30.0))
+    sums, cover = HeightSums(terrain), Cover(terrain)
+    tables, before = LobeTables(terrain, sums, cover), {}
+    for look in ("alpine", "arid", "tint", "viridis", "alpine"):
+        cover.take_look(look)
+        tables.build()
+        assert tables.buffer.read() == LobeTables(terrain, sums, cover).buffer.read()
+        assert before.setdefault(look, tables.buffer.read()) == tables.buffer.read()
+    assert len(set(before.values())) == 4
+
+
 @pytest.mark.parametrize("rough", [0.0, 40.0], ids=["plain", "hills"])
 def test_white_furnace(ctx, monkeypatch, rough):
     """White land without shadows, lit equally from all directions, reflects all the light it receives, within 1 %."""
@@ -215,6 +228,9 @@ def test_light_does_not_depend_on_what_was_drawn_before(ctx):
 def test_memory_of_all_light_is_at_most_33_bytes_a_post(ctx):
     heightmap = Heightmap(hills(400, 300), spacing_m=30.0)
     with Renderer(heightmap, size=(16, 9), ctx=ctx) as renderer:
+        renderer.draw(Camera.default(heightmap), style="lambert")
+        sums_of_heights = 4 * 400 * 300
+        assert 0 <= renderer.resources.gpu_bytes["shade"] - sums_of_heights < 100  # no light has been made
         renderer.draw(Camera.default(heightmap))
         lighting = renderer.picture.lighting
         assert isinstance(lighting, Lighting) and lighting.lobes

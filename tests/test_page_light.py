@@ -12,7 +12,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import towards_sun
-from terrain_gl.light.horizon import lattice_direction
+from terrain_gl.light.horizon import AZIMUTHS, lattice_direction
 from terrain_gl.pages import light as page_light
 from terrain_gl.pages import windows as page_windows
 from terrain_gl.pages.sweep import PageSweep
@@ -96,7 +96,7 @@ def test_horizons_of_a_page_are_those_of_its_twin(hills, towards):
             for _ in sweep.sun_steps(0, towards):
                 pass
             posts, expected = line_posts(stored, windows, towards, key[0])
-            records = np.frombuffer(sweep._horizons.read(), "u2").reshape(4, sweep._side + 1, -1)[0]
+            records = np.frombuffer(sweep._horizons.read(), "u2").reshape(AZIMUTHS, sweep._side + 1, -1)[0]
             found = records[posts[..., 1], posts[..., 0]] / 32767.5 - 1
             assert (expected > -1).mean() > 0.5
             np.testing.assert_allclose(found, expected, atol=2e-4)  # 16 bits: 1.5e-5; heights of 100 m in 32 bits

@@ -316,9 +316,6 @@ UNSEEN = {
     "only the walls and the land around the map, or grounds by height, ask for it": {
         "shade/shaded.frag": "Terrain base_m edge_m exaggeration u_height_sums u_heights u_pages",
     },
-    "only the last of a table's runs uses it, and the first ones are tried": {
-        "horizon/fold.comp": "Open axes corner u_packed",
-    },
     "an option that these pictures do not use, or a limit that they do not reach": {
         "error/coarse.comp": "posts",  # which posts have changed: edits come later, tests/test_error.py compares them
         "light/record.comp": "HeightSums u_albedo",

@@ -6,8 +6,7 @@
 //   If only the ground's own plane hid the sky, the cell would get C_l(n). So
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   is the mean visibility, weighted by the light that each cell would get without a horizon.
-// The shader runs once for each batch of azimuths. Before the last run, the memory of the shares holds sums as floats.
-// The last run also packs the shares of all lobes into one texel, before they are summed: one fetch reads them all.
+// The shares of all lobes are also packed into one texel, before they are summed: one fetch reads them all.
 // Word i of a texel holds lobes 3i, 3i + 1 and 3i + 2, ten bits each.
 // For comparison only, PRINTED 1 is equation A.5 as printed, without a cosine:
 // V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the horizontal.
@@ -20,7 +19,7 @@
 #define LOBES 4
 #define SINES 256    // steps of the sine from −1 to 1
 #define COSINES 64   // steps of n · axis from −1 to 1
-#define BATCH 4      // azimuths in a run
+#define AZIMUTHS 16
 #define TEXEL 3      // cells a side
 #define FULL 4095.0  // share of 1
 #endif
@@ -28,18 +27,16 @@
 layout(local_size_x = 64) in;
 layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
 RECORDS_IN(u_horizons)
-layout(std430, binding = 0) buffer Shares { uint share[]; };
+layout(std430, binding = 0) writeonly buffer Shares { uint share[]; };
 layout(rgba32ui, binding = 0) uniform writeonly uimage2D u_packed;
 // A row for each azimuth and sine, a column for each lobe: M, and ∫ SG dω / ∫ SG dω over the same directions.
 layout(binding = 2) uniform sampler2D u_moments;
 layout(std430, binding = 2) readonly buffer Open { float open_share[]; };  // lobe, cosine
 
-uniform vec2 u_directions[BATCH];
+uniform vec2 u_directions[AZIMUTHS];
 uniform vec3 u_axes[LOBES];
 uniform ivec2 u_texels;
 uniform int u_first_row;
-uniform int u_batch;
-uniform bool u_is_last;
 uniform ivec2 u_corner;      // of the texels in u_packed, which has those of all pages
 uniform ivec2 u_first_cell;  // first cell of the first texel of a page; 0 for a map
 
@@ -66,11 +63,11 @@ void main() {
         ivec2 cell = u_first_cell + texel * TEXEL + ivec2(k % TEXEL, k / TEXEL);
         cell = clamp(cell, first_inside(), last_inside() - 1);  // the nearest one on the map
         vec3 normal = normal_of_cell(cell);
-        for (int l = 0; l < LOBES && u_is_last; l++) unshadowed[l] += open_to(l, normal);
-        for (int a = 0; a < BATCH; a++) {
+        for (int l = 0; l < LOBES; l++) unshadowed[l] += open_to(l, normal);
+        for (int a = 0; a < AZIMUTHS; a++) {
             float record = record_near(a, u_directions[a], vec2(cell) + 0.5);
             float at = max(record, PRINTED >= 1 ? 0.5 : own_horizon(normal, u_directions[a])) * float(SINES);
-            int row = (u_batch * BATCH + a) * (SINES + 1) + int(at + 0.5);
+            int row = a * (SINES + 1) + int(at + 0.5);
             for (int l = 0; l < LOBES; l++) {
                 vec4 moment = texelFetch(u_moments, ivec2(l, row), 0);
                 sum[l] += PRINTED >= 1 ? moment.w : dot(normal, moment.xyz);
@@ -80,10 +77,9 @@ void main() {
     uvec4 words = uvec4(0u);
     for (int l = 0; l < LOBES; l++) {
         int i = (l * u_texels.y + texel.y) * u_texels.x + texel.x;
-        float total = sum[l] + (u_batch > 0 ? uintBitsToFloat(share[i]) : 0.0);
-        float visible = round(FULL * clamp(total / max(unshadowed[l], 1e-6), 0.0, 1.0));
-        share[i] = u_is_last ? uint(visible) : floatBitsToUint(total);
+        float visible = round(FULL * clamp(sum[l] / max(unshadowed[l], 1e-6), 0.0, 1.0));
+        share[i] = uint(visible);
         words[l / 3] |= uint(round(1023.0 * (visible / FULL))) << 10 * (l % 3);
     }
-    if (u_is_last) imageStore(u_packed, u_corner + texel, words);
+    imageStore(u_packed, u_corner + texel, words);
 }

@@ -28,10 +28,9 @@ from .moments import COSINES, SINES, Direction, open_shares, sector_moments
 from .recorded import RecordedTable
 
 AZIMUTHS = 16  # azimuths of the sky's horizons
-BATCH = 4  # azimuths in one run of fold.comp
 TEXEL = 2  # the sky is swept over every second post, so a texel has 2 × 2 cells of the map
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
-FOLDED = PORTION // 16  # texels that one step folds
+FOLDED = PORTION // 64  # texels that one step folds
 SUN_LAYERS = 5  # glsl/horizon/disc.glsl
 SUN_STEPS = 8191  # the integer for a value of 1 in the table of sunlight
 FULL = 4095  # the integer for a share of 1; the sum of 2^20 texels fits into a word
@@ -117,7 +116,7 @@ class SkyVisibility:
         self.sharpness = np.asarray(sharpness, "f8")
         self.table = sky_table(terrain.heightmap.cols, terrain.heightmap.rows, len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
-        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": 1}
+        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "AZIMUTHS": AZIMUTHS, "TEXEL": 1}
         self._fold = ComputePass(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
         self._printed = printed
         self._sweep = Sweep(self.ctx)
@@ -128,8 +127,8 @@ class SkyVisibility:
 
     @property
     def bytes(self) -> int:
-        """GPU memory of the sums, and of the shares themselves."""
-        return 4 * self.table.words + 16 * self.table.width * self.table.height
+        """GPU memory of the sums, and of the shares themselves; almost none before they are built."""
+        return self.buffer.size + 16 * self.packed.width * self.packed.height
 
     def build(self) -> None:
         """Sweep, fold and sum."""
@@ -146,18 +145,16 @@ class SkyVisibility:
         spacing_m = self.terrain.heightmap.spacing_m
         tables = fold_tables(self.ctx, self.axes, self.sharpness, self.directions, spacing_m, self._printed)
         thin = thinned(self.terrain)
-        horizons = horizon_texture(thin, BATCH)
+        horizons = horizon_texture(thin, AZIMUTHS)
+        read = {**thin.resources, **tables, "u_horizons": horizons, "Shares": fresh, "u_packed": packed}
         try:
-            for batch in range(AZIMUTHS // BATCH):
-                directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
-                for layer, towards in enumerate(directions):
-                    for share in self._sweep.run_steps(thin, towards, horizons, layer, posts):
-                        yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
-                for row in range(0, self.table.height, at_once):
-                    count = min(at_once, self.table.height - row)
-                    read = {**thin.resources, **tables, "u_horizons": horizons, "Shares": fresh, "u_packed": packed}
-                    self._fold_batch(batch, row, count, directions, read)
-                    yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
+            for layer, towards in enumerate(self.directions):
+                for share in self._sweep.run_steps(thin, towards, horizons, layer, posts):
+                    yield 0.5 * (layer + share) / AZIMUTHS
+            for row in range(0, self.table.height, at_once):
+                count = min(at_once, self.table.height - row)
+                self._fold_rows(row, count, read)
+                yield 0.5 + 0.48 * (row + count) / self.table.height
             for _ in self._sat.build_steps(fresh, self.table):
                 yield 0.998
             self.buffer, fresh = fresh, self.buffer
@@ -183,9 +180,9 @@ class SkyVisibility:
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
-    def _fold_batch(self, batch: int, row: int, count: int, directions: list[Direction], read: Resources) -> None:
+    def _fold_rows(self, row: int, count: int, read: Resources) -> None:
         where = {"texels": self.table[:2], "first_row": row, "first_cell": (0, 0), "corner": (0, 0)}
-        uniforms = fold_uniforms(self.axes, batch, directions) | where
+        uniforms = fold_uniforms(self.axes, self.directions) | where
         self._fold.run((-(-self.table.width // 64), count, 1), read, uniforms)
         self.ctx.memory_barrier(_BARRIER)
 
@@ -195,9 +192,9 @@ class SunVisibility(RecordedTable):
 
     def __init__(self, terrain: Terrain, printed: int = 0) -> None:
         size = sun_table(terrain.heightmap.cols, terrain.heightmap.rows)
-        super().__init__(terrain.ctx, size, "horizon/sunlit.comp", "a table of sunlight", {"PRINTED": printed})
+        super().__init__(terrain.ctx, size, "horizon/sunlit.comp", "a table of sunlight", lambda: {"PRINTED": printed})
         self.terrain = terrain
-        self.horizon = horizon_texture(terrain, 1)
+        self.horizon = self.ctx.texture_array((1, 1, 1), 1, dtype="nu2")  # of the map's size when that is swept
         self.towards: Direction = (1.0, 0.0)
         self._sweep = Sweep(self.ctx)
 
@@ -338,10 +335,9 @@ def fold_tables(
     return {"u_moments": texture, "Open": ctx.buffer(opened.astype("f4").tobytes())}
 
 
-def fold_uniforms(axes: np.ndarray, batch: int, directions: list[Direction]) -> dict[str, Any]:
-    """Uniforms of fold.comp for a batch of azimuths."""
-    rows = [tuple(axis) for axis in axes.astype("f4").tolist()]
-    return {"axes": rows, "directions": directions, "batch": batch, "is_last": batch == AZIMUTHS // BATCH - 1}
+def fold_uniforms(axes: np.ndarray, directions: list[Direction]) -> dict[str, Any]:
+    """Uniforms of fold.comp."""
+    return {"axes": [tuple(axis) for axis in axes.astype("f4").tolist()], "directions": directions}
 
 
 def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:

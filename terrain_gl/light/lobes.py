@@ -110,7 +110,7 @@ class LobeTables(RecordedTable):
 
     def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True) -> None:
         size = lobe_table(terrain.heightmap.cols, terrain.heightmap.rows)
-        super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes")
+        super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes", lambda: cover.defines)
         self.terrain = terrain
         self.sums = sums
         self.cover = cover

@@ -1,7 +1,7 @@
 """A summed-area table with the kernel that writes its values. The tables of heights and of lobes are of this kind."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable
 
 import moderngl
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from ..basics.steps import Steps, drain
 from ..gpu import gl
 from ..gpu.passes import ComputePass, Resources, Uniforms
+from ..gpu.shaders import Defines
 from ..sat import SummedAreaTables, Table
 
 PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
@@ -17,16 +18,18 @@ PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps`
 class RecordedTable(ABC):
     """A table of 32-bit words in its own buffer, and the kernel that writes the values to sum.
 
-    `record` is the path of that compute shader, `defines` are its macros. `name` stands in errors about memory.
+    `record` is the path of that compute shader, `defines` gives its macros. `name` stands in errors about memory.
     """
 
     def __init__(
-        self, ctx: moderngl.Context, table: Table, record: str, name: str, defines: Mapping[str, object] | None = None
+        self, ctx: moderngl.Context, table: Table, record: str, name: str, defines: Callable[[], Defines] = dict
     ) -> None:
         self.ctx = ctx
         self.table = table
         self._sat = SummedAreaTables(ctx, 32)
-        self._record = ComputePass(ctx, record, defines or {})
+        self._defines = defines
+        self._path = record
+        self._record: tuple[Defines, ComputePass] | None = None  # the macros of the last run, and its kernel
         self._name = name
         self.buffer = ctx.buffer(reserve=4)  # of the size of the table when that is built
         self._texture = gl.WordTexture(ctx)
@@ -38,8 +41,8 @@ class RecordedTable(ABC):
 
     @property
     def bytes(self) -> int:
-        """GPU memory of the table."""
-        return 4 * self.table.words
+        """GPU memory of the table; almost none before it is built."""
+        return self.buffer.size
 
     def build(self) -> None:
         """Write all values and sum them."""
@@ -50,7 +53,7 @@ class RecordedTable(ABC):
 
         The old table stays in use until the end.
         """
-        fresh = gl.reserve(self.ctx, self.bytes, self._name)
+        fresh = gl.reserve(self.ctx, 4 * self.table.words, self._name)
         height = self.table.height
         step = max(1, words // self.table.width)
         try:
@@ -69,7 +72,7 @@ class RecordedTable(ABC):
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self.buffer, self._texture, self._sat, self._record):
+        for resource in (self.buffer, self._texture, self._sat, *(self._record or ())[1:]):
             resource.release()
 
     def _rewrite(self, x: int, y: int, width: int, height: int) -> None:
@@ -87,8 +90,17 @@ class RecordedTable(ABC):
         """Write the values of a rectangle, all layers, to the start of a buffer: all its rows, or only `rows`."""
         rows = rows or range(at.height)
         resources, uniforms = self._feed(buffer, {"first": first, "count": at[:2], "first_row": rows.start})
-        self._record.run((-(-at.width // 64), len(rows), 1), resources, uniforms)
+        self._kernel().run((-(-at.width // 64), len(rows), 1), resources, uniforms)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def _kernel(self) -> ComputePass:
+        """The kernel for the macros of this moment."""
+        defines = self._defines()
+        if self._record is None or self._record[0] != defines:
+            if self._record:
+                self._record[1].release()
+            self._record = defines, ComputePass(self.ctx, self._path, defines)
+        return self._record[1]
 
     @abstractmethod
     def _feed(self, buffer: moderngl.Buffer, where: Uniforms) -> tuple[Resources, Uniforms]:

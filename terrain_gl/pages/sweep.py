@@ -12,7 +12,7 @@ from ..basics.steps import Steps
 from ..gpu import gl, layout
 from ..gpu.passes import ComputePass, Resources
 from ..light.gaussians import SKY_AXES, SKY_SHARPNESS
-from ..light.horizon import AZIMUTHS, BATCH, FULL, fold_tables, fold_uniforms, lattice_directions
+from ..light.horizon import AZIMUTHS, FULL, fold_tables, fold_uniforms, lattice_directions
 from ..light.moments import COSINES, SINES, Direction
 from .terrain import PagedTerrain
 from .windows import BORDER, MARGIN, PageWindows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
@@ -81,17 +81,18 @@ class PageSweep:
         texels = sky_side(self._tile)
         corner = slot % self.terrain.across * texels, slot // self.terrain.across * texels
         first = (self._side - self._tile // 2) // 2 - BORDER * layout.SKY_TEXEL
-        for batch in range(AZIMUTHS // BATCH):
-            directions = self._directions[batch * BATCH : (batch + 1) * BATCH]
-            for layer, towards in enumerate(directions):
-                self._sweep(towards, layer, self._tile // 2)
-                yield (batch + layer / BATCH) * BATCH / AZIMUTHS
-            where = {"texels": (texels, texels), "first_row": 0, "first_cell": (first, first), "corner": corner}
-            uniforms = fold_uniforms(SKY_AXES, batch, directions) | self._inside | where
-            read = {**self._window, **self._tables, "u_horizons": self._horizons, "u_packed": self.sky}
-            self._fold.run((-(-texels // 64), texels, 1), read, uniforms)
+        for layer, towards in enumerate(self._directions):
+            self._sweep(towards, layer, self._tile // 2)
+            yield 0.5 * layer / AZIMUTHS
+        where = {"texels": (texels, texels), "first_cell": (first, first), "corner": corner}
+        uniforms = fold_uniforms(SKY_AXES, self._directions) | self._inside | where
+        read = {**self._window, **self._tables, "u_horizons": self._horizons, "u_packed": self.sky}
+        at_once = -(-texels // 4)
+        for row in range(0, texels, at_once):
+            rows = min(at_once, texels - row)
+            self._fold.run((-(-texels // 64), rows, 1), read, {**uniforms, "first_row": row})
             self.ctx.memory_barrier(_BARRIER)
-            yield (batch + 1) * BATCH / AZIMUTHS
+            yield 0.5 + 0.5 * (row + rows) / texels
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -119,7 +120,7 @@ class PageSweep:
 
     def _make_kernels(self) -> None:
         window = {"WINDOW": 1, "LOBES": len(SKY_AXES), "FULL": f"{FULL}.0"}
-        tables = {"SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": layout.SKY_TEXEL}
+        tables = {"SINES": SINES, "COSINES": COSINES, "AZIMUTHS": AZIMUTHS, "TEXEL": layout.SKY_TEXEL}
         self._around, self._keep = (
             ComputePass(self.ctx, f"horizon/{name}.comp", window) for name in ("around", "keep")
         )
@@ -131,7 +132,7 @@ class PageSweep:
         count = most_windows(heightmap)
         self._heights = gl.texel_texture(self.ctx, (posts, posts * count), "f4")
         self._block = self.ctx.buffer(reserve=layout.TERRAIN.itemsize)
-        self._horizons = self.ctx.texture_array((posts, posts, BATCH), 1, dtype="nu2")
+        self._horizons = self.ctx.texture_array((posts, posts, AZIMUTHS), 1, dtype="nu2")
         self._hulls = gl.reserve(self.ctx, hull_bytes(heightmap), "hulls of horizons")
         shares = self.ctx.buffer(reserve=4 * len(SKY_AXES) * sky_side(self._tile) ** 2)
         tables = fold_tables(self.ctx, SKY_AXES, SKY_SHARPNESS, self._directions, heightmap.spacing_m)

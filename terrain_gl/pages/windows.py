@@ -28,6 +28,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..basics.rect import Rect, tiles_over
 from ..gpu import layout
+from ..light.horizon import AZIMUTHS
 from .map import PagedMap, PageKey
 
 LEAST_APRON = 16  # posts
@@ -65,10 +66,10 @@ def light_bytes(tile: int) -> int:
 
 
 def scratch_bytes(heightmap: PagedMap) -> int:
-    """GPU memory for making the light of one page: its windows, four horizons of window 0, and hulls."""
+    """GPU memory for making the light of one page: its windows, the horizons of window 0, and hulls."""
     posts = side_of(heightmap.tile) + 1
     count = most_windows(heightmap)
-    return 4 * posts**2 * count + 8 * posts**2 + hull_bytes(heightmap)
+    return 4 * posts**2 * count + 2 * AZIMUTHS * posts**2 + hull_bytes(heightmap)
 
 
 def hull_bytes(heightmap: PagedMap) -> int:

@@ -1,21 +1,22 @@
 """Run tasks in this process, in several processes, or on a Dask cluster. Results come in the order of the tasks."""
 
+from __future__ import annotations
+
 import contextlib
-import multiprocessing
 import os
 import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import islice
-from multiprocessing.connection import Connection
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..basics.exceptions import TerrainError
 from ..readers.raster import one_line
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 CONNECT = "20s"  # longest wait for a scheduler's answer
 TRIES = 4  # how often a task is tried if its worker dies
@@ -52,6 +53,7 @@ class Processes:
 
     def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
         """Results in the order of their tasks. If a process dies, other processes do its tasks."""
+        from concurrent.futures.process import BrokenProcessPool
 
         def begin(task: Any) -> Any:
             try:
@@ -72,6 +74,9 @@ class Processes:
         ending.join()
 
     def _begin(self) -> None:
+        import multiprocessing  # slow to import, and only `workers` needs it
+        from concurrent.futures import ProcessPoolExecutor
+
         context = multiprocessing.get_context("spawn")
         theirs, self._lifeline = context.Pipe(duplex=False)
         self._pool = ProcessPoolExecutor(self._workers, context, _begin_process, (theirs,))
