@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from maps import Scene, rough
 
+from terrain_gl.basics.steps import drain
 from terrain_gl.camera import Camera, in_picture, shift_px
 from terrain_gl.gpu.layout import PLACES
 from terrain_gl.heightmap import Heightmap
@@ -71,5 +72,10 @@ def test_a_jump_is_at_most_the_sum_of_both_certificates(ctx, land, way):
         jump = np.nanmax(np.abs(later - off))
         assert jump <= first.certified_px + second.certified_px
         jumps.append(jump / max(first.certified_px, second.certified_px))
+        px = np.abs(later - off).reshape(PLACES * (POSTS - 1) + 1, -1)[::PLACES, ::PLACES]
+        views = [(of, eye_at(t), scene.size, scene.near_m) for of, t in ((first, before), (second, after))]
+        posts, far_px = drain(scene.measurement.jumps_steps(*views, least_px=0.1, tile=40))
+        assert sorted(map(tuple, posts.tolist())) == sorted(map(tuple, np.argwhere(px >= 0.1)[:, ::-1].tolist()))
+        assert far_px == pytest.approx(px[posts[:, 1], posts[:, 0]])
     scene.release()
     assert len(jumps) >= 2 and max(jumps) > 0.1, jumps

@@ -51,7 +51,7 @@ def add(commands: options.Commands) -> None:
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     what = "type and panels F times as large; Ctrl + and - change it"
     command.add_argument("--ui-scale", type=values.positive, metavar="F", help=what)
-    what = "a lecture of twelve stations, or of a JSON file"
+    what = "a lecture in stations, or that of a JSON file"
     command.add_argument("--lecture", nargs="?", const="", metavar="FILE", help=what)
     overlays.add(command)
     remembered = [action for action in command._actions if action.dest in REMEMBERED]

@@ -93,6 +93,19 @@ class Inspector:
         view = frame.camera, frame.size, frame.near_m
         return (yield from self._measuring().achieved_steps(frame.selection, *view, tile))
 
+    @steps_in_session
+    def jumps_steps(
+        self, before: DrawnFrame, after: DrawnFrame, least_px: float, tile: int = TILE
+    ) -> Steps[tuple[np.ndarray, np.ndarray]]:
+        """How far posts jump from one frame to the next: see `Measurement.jumps_steps`. The last frame is then `after`.
+
+        docs/guarantee.md, section 10: no jump is larger than the sum of both frames' certified largest errors.
+        """
+        views = ((frame.selection, frame.camera, frame.size, frame.near_m) for frame in (before, after))
+        self.frame = after
+        after.look()  # so that lines over the picture are drawn for its eye
+        return (yield from self._measuring().jumps_steps(*views, least_px=least_px, tile=tile))
+
     @in_session
     def error_map(self) -> np.ndarray:
         """The largest screen error of the land that each pixel of the last frame shows: (height, width) pixels.

@@ -13,7 +13,7 @@ from ..shade.picture import Picture
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
 Color = tuple[int, int, int, int]
-Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
+Line = tuple[np.ndarray, Color]  # points (n, 3) of a polyline in world metres, or ends (n, 2, 3) of separate pieces
 
 
 class Lines:
@@ -59,11 +59,15 @@ class Lines:
 
 
 def _pieces(points: np.ndarray, color: Color, camera: Camera) -> np.ndarray:
-    from_eye = (camera.lowered(points) - np.asarray(camera.eye)).astype("f4")
-    from_eye = from_eye[np.isfinite(from_eye).all(1)]
-    pieces = np.zeros(max(0, len(from_eye) - 1), PIECE)
-    pieces["a_m"] = from_eye[:-1]
-    pieces["b_m"] = from_eye[1:]
+    from_eye = (camera.lowered(points.reshape(-1, 3)) - np.asarray(camera.eye)).astype("f4")
+    if points.ndim == 3:
+        ends = from_eye.reshape(-1, 2, 3)
+        ends = ends[np.isfinite(ends).all((1, 2))]
+    else:
+        from_eye = from_eye[np.isfinite(from_eye).all(1)]
+        ends = np.stack([from_eye[:-1], from_eye[1:]], 1)
+    pieces = np.zeros(len(ends), PIECE)
+    pieces["a_m"], pieces["b_m"] = ends[:, 0], ends[:, 1]
     pieces["color"] = color
     return pieces
 

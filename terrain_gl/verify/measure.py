@@ -27,6 +27,7 @@ from ..terrain import Terrain
 TILE = 512  # posts a side of the region that one step measures
 _BAND = 32  # rows of places that are projected together
 Region = tuple[int, int, int, int]  # first column, first row, columns, rows
+View = tuple[Selection, Camera, tuple[int, int], float]  # a mesh, its camera, the picture's size, the near plane
 _FLIPS = ((0, 0), (1, 1), (1, 0), (0, 1))
 # Weights along an axis of a place on a line of posts, and of one between: 3/22 at each end of a cell and 4/22 inside,
 # in fifths. With equal weights, the mean of a bend over a cell that is cut could be above t²/64: docs/guarantee.md.
@@ -138,6 +139,40 @@ class Measurement:
         rms_px = float(np.sqrt(total / area)) if area else 0.0
         return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
 
+    def jumps_steps(
+        self, before: View, after: View, least_px: float, tile: int = TILE
+    ) -> Steps[tuple[np.ndarray, np.ndarray]]:
+        """How far posts jump from one picture to the next: the change of the distance from their true places.
+
+        Both pictures must show the post. Yields progress from 0 to 1.
+
+        Returns
+        -------
+        posts
+            (n, 2) columns and rows of the posts that jump by `least_px` or more.
+        px
+            (n,) pixels.
+        """
+        found = [(np.zeros((0, 2), int), np.zeros(0))]
+        regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), *after[1:]))
+        for done, region in enumerate(regions, 1):
+            jump_px = np.abs(self._shifts_of_posts(region, after) - self._shifts_of_posts(region, before))
+            far = jump_px >= least_px
+            first = -(-region[0] // PLACES), -(-region[1] // PLACES)
+            found.append((np.argwhere(far)[:, ::-1] + first, jump_px[far]))
+            yield done / len(regions)
+        posts, px = zip(*found, strict=True)
+        return np.concatenate(posts), np.concatenate(px)
+
+    def _shifts_of_posts(self, region: Region, view: View) -> np.ndarray:
+        """Pixels by which each post of a region is drawn above its true place; below 0 if under it, NaN if not seen."""
+        x, y, width, height = region
+        px = np.full((height, width), np.nan)
+        for part in self._parts(view[0], region, *view[1:], signed=True):
+            left, top, w, h = part.region
+            px[top - y : top - y + h, left - x : left - x + w] = part.px
+        return px[-y % PLACES :: PLACES, -x % PLACES :: PLACES]
+
     def at(
         self, places: np.ndarray, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float
     ) -> np.ndarray:
@@ -161,9 +196,18 @@ class Measurement:
         return at
 
     def _parts(
-        self, selection: Selection, region: Region, camera: Camera, size: tuple[int, int], near_m: float
+        self,
+        selection: Selection,
+        region: Region,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        signed: bool = False,
     ) -> Iterator[_Part]:
-        """Measure the parts of a region that may be in the picture. Errors are NaN outside the picture."""
+        """Measure the parts of a region that may be in the picture. Errors are NaN outside the picture.
+
+        `signed`: errors of places that are drawn under their true places are less than 0.
+        """
         heightmap = self.terrain.heightmap
         drawn: np.ndarray | None = None
         for part in _parts_in_picture(heightmap, region, camera, size, near_m):
@@ -177,6 +221,8 @@ class Measurement:
             known = seen & np.isfinite(errors)
             px = np.full(seen.shape, np.nan)
             px[known] = shift_px(camera, size, [axis[known] for axis in at], errors[known])
+            if signed:
+                px[known] *= np.sign(errors[known])
             yield _Part(part, px, seen)
 
     def release(self) -> None:

@@ -15,18 +15,19 @@ from ..basics.exceptions import UsageError
 from ..basics.words import metres
 from .explainer import BOX, HIDDEN, Explainer
 from .frame_stats import achieved_px
+from .jumps import JumpMeter
 from .painter import Painter
 from .pointer import Pointer
 from .scene import Scene
 from .sculpting import Sculpting
 from .settings import Settings
-from .state import apply, checked
+from .state import FIRST, apply, camera_of, checked
 
 NEXT = "space", "right", "page down"
 BACK = "left", "page up"
 UNKNOWN = "…"  # a number that is not known yet
 MEASURING = "being measured"
-_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush", "fits"}
+_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush", "fits", "before"}
 _NUMBERS = (
     "posts",
     "every",
@@ -39,8 +40,11 @@ _NUMBERS = (
     "achieved",
     "cracks",
     "hidden",
+    "jump",
+    "jump_bound",
+    "jumps",
 )
-_NAMES = (*_NUMBERS, *(f"{name}_right" for name in _NUMBERS[4:]))
+_NAMES = (*_NUMBERS, "moved", "limit", *(f"{name}_right" for name in _NUMBERS[4:]))
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ class Station:
     lens: float  # magnification of the glass at the cursor; 0 for none
     brush: bool  # whether the brush is taken
     fits: bool  # whether the colours of errors end at the bound of the first side, in a window of any size
+    before: Any  # the view of the frame before, from which jumps are measured; None for no measurement
 
 
 def read_lecture(path: str | None = None) -> list[Station]:
@@ -97,7 +102,9 @@ def _station(entry: dict[str, Any], where: str) -> Station:
         float(entry.get("lens", 0.0)),
         bool(entry.get("brush")),
         bool(entry.get("fits")),
+        entry.get("before"),
     )
+    checked({"view": entry.get("before") or FIRST}, where)
     return Station(str(entry["name"]), says, asks, sees, answers, checked(rest, where), *own)
 
 
@@ -123,6 +130,7 @@ class Lecture:
         self._last = 0  # the station that was shown last
         self._fits = False  # whether the colours of errors are still to be fitted
         self._is_answered = False  # whether the answer of this station is shown
+        self.jumps = JumpMeter(scene, painter)
         self._scene = scene
         self._painter = painter
         self._explainer = explainer
@@ -167,6 +175,7 @@ class Lecture:
         """Restore the user's own choices; the camera stays."""
         self.number = None
         self.is_wanted = False
+        self.jumps.follow(None)
         self._scene.frozen = None
         self._sculpting.brushing = False
         self._explainer.explanation = None
@@ -179,7 +188,8 @@ class Lecture:
         self._scene.window.refresh()
 
     def step(self, settled: bool) -> None:
-        """When the picture is complete, fit the colours of errors, and explain the patch of the station."""
+        """When the picture is complete, fit the colours of errors, explain the station's patch, and measure jumps."""
+        self.jumps.step(settled)
         if settled and self._fits and not self._scene.controller.moving:
             self._fits = False
             settings, bound_px = self._scene.settings, self._painter.side_stats[0]["certified_max_error_px"]
@@ -218,6 +228,8 @@ class Lecture:
         self._explainer.explanation = None
         self._click = station.click
         apply(self._scene, self._explainer, station.state, travels)
+        before = station.before and self._scene.for_renderer(camera_of(self._scene, station.before))
+        self.jumps.follow(before or None)
         self._scene.settings.lens = station.lens
         if station.points:
             self._pointer.last = self._pointer.over_land = self._px(station.points)
@@ -246,6 +258,16 @@ class Lecture:
                 f"cracks{end}": f"{stats['cracks']:,}" if "cracks" in stats else "no",
                 f"achieved{end}": MEASURING if error_px is None else f"{error_px:.3g} px",
             }
+        jumps = self.jumps
+        for side, (end, found) in enumerate(zip(("", "_right"), jumps.sides, strict=False)):
+            bound_px = found.bound_px
+            numbers |= {
+                f"jump{end}": f"{found.largest_px:.3g} px",
+                f"jump_bound{end}": "no bound" if bound_px is None else f"{bound_px:.3g} px",
+                f"jumps{end}": f"{jumps.over(side):,}",
+            }
+        if jumps.sides:
+            numbers |= {"moved": metres(jumps.moved_m), "limit": f"{jumps.limit_px:.3g} px"}
         if len(self._painter.side_stats) > 1:
             left, right = (stats["triangles"] for stats in self._painter.side_stats)
             numbers["times"] = f"{max(left, right) / max(min(left, right), 1):.3g}"

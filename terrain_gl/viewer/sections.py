@@ -133,7 +133,7 @@ def lecture_section(ui: Widgets, viewer: Viewer) -> None:
     lecture = viewer.lecture
     number = lecture.number if lecture else None
     label = "End the lecture" if number is not None else "Go on" if lecture else "Begin the lecture"
-    ui.button(label, "Twelve stations on how detail is chosen, with large type (Ctrl L).", "ctrl+l")
+    ui.button(label, "Stations on how detail is chosen, with large type (Ctrl L).", "ctrl+l")
     for i, station in enumerate(lecture.stations if lecture else ()):
         if ui.imgui.selectable(f"{i + 1}  {station.name}", i == number)[0] and lecture:
             lecture.go_to(i)

@@ -81,15 +81,16 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
     settings.swapped, settings.centred = bool(state.get("swapped")), bool(state.get("centred"))
     settings.sums = bool(state.get("sums"))
     frozen = state.get("frozen")
-    scene.frozen = _camera(scene, frozen) if frozen else None
-    pose = Pose.of(_camera(scene, state.get("view", FIRST)))
+    scene.frozen = camera_of(scene, frozen) if frozen else None
+    pose = Pose.of(camera_of(scene, state.get("view", FIRST)))
     if travels:
         scene.controller.travel_to(pose)
     else:
         scene.controller.pose = pose
 
 
-def _camera(scene: Scene, view: Any) -> Camera:
+def camera_of(scene: Scene, view: Any) -> Camera:
+    """The camera of a view, over the land as drawn."""
     if isinstance(view, dict) and "from" in view:
         return _beside(scene, **view)
     if not isinstance(view, str):
@@ -102,7 +103,7 @@ def _beside(
     scene: Scene, ahead: float = 0.0, up: float = 0.0, elevation_deg: float | None = None, **view: Any
 ) -> Camera:
     """A camera that stands before and above another one, by sides of the map; never under the ground."""
-    pose, heightmap = Pose.of(_camera(scene, view["from"])), scene.heightmap
+    pose, heightmap = Pose.of(camera_of(scene, view["from"])), scene.heightmap
     side_m, azimuth = max(heightmap.extent_m), np.radians(pose.azimuth_deg)
     eye = np.add(pose.eye, side_m * np.array([ahead * np.sin(azimuth), ahead * np.cos(azimuth), up]))
     ground = scene.exaggeration * ground_m(heightmap, eye[None, :2])[0]

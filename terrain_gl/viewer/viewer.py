@@ -310,7 +310,7 @@ class Viewer:
         """Whether the next frame should come at once; otherwise the frame comes after an event or `wait_s`."""
         if not self.scene.has_map or self.loader.job or self.window.stale:
             return True
-        if self.saver.shot or self.sculpting.at_work:
+        if self.saver.shot or self.sculpting.at_work or (self.lecture and self.lecture.jumps.at_work):
             return True
         return self.scene.controller.moving or self.painter.is_busy(self.scene.frame_spec())
 
@@ -435,6 +435,8 @@ class Viewer:
         self.explainer.follow_cursor()
         lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
         around = [largest_error(scene, self.explainer, side) for side in range(scene.split.sides)]
+        if self.lecture:
+            around = [lines + self.lecture.jumps.bars(side) for side, lines in enumerate(around)]
         if (lines or any(around)) and not self.saver.is_drawing:  # then the depths are those of the file's picture
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
             spec = scene.frame_spec()

@@ -1,8 +1,8 @@
 """What must be seen at each station of the lecture, measured in pixels.
 
-    python tests/viewer/stations.py FOLDER [MAP [WIDTHxHEIGHT ...]]     alpine 1280x720 1920x1080
+    python tests/viewer/stations.py FOLDER [MAP [WIDTHxHEIGHT ... [NUMBER ...]]]     alpine 1280x720 1920x1080, all
 
-draws all stations into FOLDER, as the window shows them, and prints the table of docs/viewer.md.
+draws stations into FOLDER, as the window shows them, and prints the table of docs/viewer.md.
 """
 
 import sys
@@ -13,7 +13,7 @@ from viewers import listen, seen, settle
 
 from terrain_gl.viewer.legend import VIRIDIS
 
-MEAN = {}  # the mean level of the land at stations 2, 7 and 12
+MEAN = {}  # the mean level of the land at stations 2, 7 and 13
 RED, CYAN, PICKED, FRUSTUM, WHITE = (255, 0, 0), (0, 230, 255), (255, 120, 90), (255, 205, 120), (255, 255, 255)
 
 
@@ -68,12 +68,12 @@ def measured(number, app):
     app.viewer.draw()
     picture, (left, right) = seen(app), sides(seen(app))
     stats, explainer = app.viewer.painter.side_stats, app.viewer.explainer
-    if number in (2, 7, 12):
+    if number in (2, 7, 13):
         shares = levels(app)
         mean = MEAN[number] = float(shares @ np.arange(len(shares)))
         found = {"share of each colour, %": [round(100 * float(share), 1) for share in shares[:4]]}
         several = (shares > 0.03).sum() >= (3 if number == 2 else 2)
-        return found, several and {2: True, 7: mean < MEAN.get(2, 9) - 0.3, 12: shares[0] < 0.5}[number]
+        return found, several and {2: True, 7: mean < MEAN.get(2, 9) - 0.3, 13: shares[0] < 0.5}[number]
     if number == 1:
         across = lines_across(in_glass(app), 10)
         return {"mesh lines across the glass": round(across, 1)}, across > 2
@@ -92,14 +92,20 @@ def measured(number, app):
         shown = {"red, %, left and right": [round(a, 2), round(b, 2)], "triangles": round(many / few, 2)}
         return shown, a == 0 and b > 0.2 and many < 1.2 * few
     if number == 8:
+        a, b = (int(near(side, CYAN).sum()) for side in (left, right))
+        jumps = app.viewer.lecture.jumps.sides
+        within = all(each.largest_px <= each.bound_px for each in jumps)
+        largest = [round(each.largest_px, 2) for each in jumps]
+        return {"cyan pixels": [a, b], "largest jumps, px": largest}, within and a > 100 and b == 0
+    if number == 9:
         lines, marked = near(picture, FRUSTUM).sum(), near(picture, PICKED).sum()
         shown = {"pixels of the frustum": int(lines), "of sight line and patch": int(marked)}
         return shown, lines > 800 and marked > 100 and bool(explainer.explanation.hidden_by)
-    if number == 9:
+    if number == 10:
         a, b = (int(near(side, CYAN).sum()) for side in (left, right))
         few, many = sorted(each["triangles"] for each in stats)
         return {"cyan pixels, left and right": [a, b]}, a == 0 and b > 10 and many < 1.05 * few
-    if number == 10:
+    if number == 11:
         width = min(left.shape[1], right.shape[1])
         differ = float(np.median(np.abs(left[:, -width:] - right[:, -width:]).max(-1)))
         fewer = stats[0]["triangles"] / stats[1]["triangles"]
@@ -108,21 +114,24 @@ def measured(number, app):
     return {"width and height of the ring": [round(float(across), 2), round(float(down), 2)]}, 0.02 < across < 0.5
 
 
-def main(folder, name="alpine", *sizes):
-    """Draw all stations, and print the table."""
+def main(folder, name="alpine", *asked):
+    """Draw all stations, or those whose numbers are given, and print the table."""
     sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
     from windowless import open_app, opened
 
     from terrain_gl.image import write_image
     from terrain_gl.renderer import Renderer
 
-    app = None
-    for size in [tuple(map(int, each.split("x"))) for each in sizes or ("1280x720", "1920x1080")]:
+    sizes = [tuple(map(int, each.split("x"))) for each in asked if "x" in each]
+    only = [int(each) for each in asked if "x" not in each]
+    for size in sizes or ((1280, 720), (1920, 1080)):
         app = open_app(size)
         viewer, land = app.viewer, opened(name)
         viewer.show(Renderer(land.heightmap, size, ctx=viewer.ctx), land)
         viewer.give_lecture()
         for number, station in enumerate(viewer.lecture.stations, 1):
+            if only and number not in only:
+                continue
             viewer.lecture.go_to(number - 1)
             settle(app)
             shown, is_seen = measured(number, app)

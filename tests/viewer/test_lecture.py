@@ -20,12 +20,12 @@ def begin(app, stations=None):
 
 
 @pytest.mark.slow
-def test_the_lecture_has_twelve_stations_with_true_numbers(app):
+def test_the_lecture_has_thirteen_stations_with_true_numbers(app):
     before = replace(app.viewer.settings, sides=list(app.viewer.settings.sides))
     app.viewer.window.resize((480, 300))
     begin(app)
     stations = app.viewer.lecture.stations
-    assert len(stations) == 12
+    assert len(stations) == 13
     for number, station in enumerate(stations):
         settle(app)
         told, shown = " ".join([*app.viewer.lecture.texts()[0], app.viewer.lecture.texts()[1]]), texts(app)
@@ -41,14 +41,14 @@ def test_the_lecture_has_twelve_stations_with_true_numbers(app):
         app.key_down("space", "space")
         assert app.viewer.lecture.number == number and app.viewer.lecture.texts()[2] in texts(app).replace("\n", " ")
         app.key_down("space", "space")
-    assert app.viewer.lecture.number == 11
+    assert app.viewer.lecture.number == 12
     app.key_down("left", "left")
-    assert app.viewer.lecture.number == 10 and not app.viewer.scene.controller.held
+    assert app.viewer.lecture.number == 11 and not app.viewer.scene.controller.held
     app.press("escape")  # the brush of this station
     app.press("escape")
     assert app.viewer.lecture.station is None and app.viewer.settings == before
     app.press("ctrl+l")
-    assert app.viewer.lecture.number == 10  # it goes on
+    assert app.viewer.lecture.number == 11  # it goes on
     app.viewer.lecture.end()
     assert app.viewer.settings == before
     app.key_down("left", "left")
