@@ -101,10 +101,10 @@ class Inspector:
 
         docs/guarantee.md, section 10: no jump is larger than the sum of both frames' certified largest errors.
         """
-        views = ((frame.selection, frame.camera, frame.size, frame.near_m) for frame in (before, after))
+        first, second = ((each.selection, each.camera, each.size, each.near_m) for each in (before, after))
         self.frame = after
         after.look()  # so that lines over the picture are drawn for its eye
-        return (yield from self._measuring().jumps_steps(*views, least_px=least_px, tile=tile))
+        return (yield from self._measuring().jumps_steps(first, second, least_px, tile))
 
     @in_session
     def error_map(self) -> np.ndarray:

@@ -13,6 +13,7 @@ viewer                         connects the parts below, frame by frame; knows n
 mouse, marks                   clicks and drags; lines over the land
 tour                           turns around the land when nobody is there
 layers                         files over the land: tracks, outlines, names, a ground image
+lecture_store                  a store of the map in memory, for a station of the lecture
 lecture, jumps                 stations with a state of the window, and their texts; jumps between two frames
 memory, state                  settings that are remembered; a whole state as JSON
 sculpting, saver, explainer, store_tiles  the brush; saved files; why a patch has its detail; missing tiles

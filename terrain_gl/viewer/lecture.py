@@ -6,6 +6,7 @@ Sentences may name numbers of the picture, such as {triangles}; the window fills
 """
 
 import json
+import math
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..basics.words import metres
+from ..pages.map import PagedMap
 from .explainer import BOX, HIDDEN, Explainer
 from .frame_stats import achieved_px
 from .jumps import JumpMeter
@@ -27,7 +29,7 @@ NEXT = "space", "right", "page down"
 BACK = "left", "page up"
 UNKNOWN = "…"  # a number that is not known yet
 MEASURING = "being measured"
-_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush", "fits", "before"}
+_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush", "fits", "before", "store"}
 _NUMBERS = (
     "posts",
     "every",
@@ -44,7 +46,7 @@ _NUMBERS = (
     "jump_bound",
     "jumps",
 )
-_NAMES = (*_NUMBERS, "moved", "limit", *(f"{name}_right" for name in _NUMBERS[4:]))
+_NAMES = (*_NUMBERS, "moved", "limit", "tiles", "all_tiles", *(f"{name}_right" for name in _NUMBERS[4:]))
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ class Station:
     lens: float  # magnification of the glass at the cursor; 0 for none
     brush: bool  # whether the brush is taken
     fits: bool  # whether the colours of errors end at the bound of the first side, in a window of any size
+    store: bool  # whether a store of the map is shown
     before: Any  # the view of the frame before, from which jumps are measured; None for no measurement
 
 
@@ -102,6 +105,7 @@ def _station(entry: dict[str, Any], where: str) -> Station:
         float(entry.get("lens", 0.0)),
         bool(entry.get("brush")),
         bool(entry.get("fits")),
+        bool(entry.get("store")),
         entry.get("before"),
     )
     checked({"view": entry.get("before") or FIRST}, where)
@@ -131,6 +135,7 @@ class Lecture:
         self._fits = False  # whether the colours of errors are still to be fitted
         self._is_answered = False  # whether the answer of this station is shown
         self.jumps = JumpMeter(scene, painter)
+        self.lacks = ""  # a sentence that says why a store is not shown
         self._scene = scene
         self._painter = painter
         self._explainer = explainer
@@ -148,7 +153,8 @@ class Lecture:
         settings = self._scene.settings
         if self._before is None:
             self._before = replace(settings, sides=list(settings.sides))
-        settings.panel = settings.help = False
+        if self.number is None:  # otherwise another map is shown at this station
+            settings.panel = settings.help = False
         self._show(self._last, travels=False)
 
     def go_to(self, number: int) -> None:
@@ -213,6 +219,8 @@ class Lecture:
         numbers = self._numbers()
         answer = station.answers if self._is_answered else ""
         says = [sentence.format_map(numbers) for sentence in station.says]
+        if station.store and not self._scene.is_paged:
+            says = [self.lacks]
         return says, station.asks.format_map(numbers), answer.format_map(numbers)
 
     def _px(self, share: tuple[float, float]) -> tuple[float, float]:
@@ -258,6 +266,10 @@ class Lecture:
                 f"cracks{end}": f"{stats['cracks']:,}" if "cracks" in stats else "no",
                 f"achieved{end}": MEASURING if error_px is None else f"{error_px:.3g} px",
             }
+        if isinstance(heightmap := self._scene.heightmap, PagedMap):
+            every_tile = sum(math.prod(heightmap.pages(level)) for level in range(heightmap.top + 1))
+            resident = max(int(stats.get("tiles_resident", 0)) for stats in self._painter.side_stats)
+            numbers |= {"tiles": f"{resident:,}", "all_tiles": f"{every_tile:,}"}
         jumps = self.jumps
         for side, (end, found) in enumerate(zip(("", "_right"), jumps.sides, strict=False)):
             bound_px = found.bound_px

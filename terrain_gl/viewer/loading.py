@@ -111,10 +111,13 @@ class LoadJob:
     opener
         Reads the map, in a thread. It is called with a function that takes the progress, 0 to 1. If this function
         raises an exception, reading ends.
+    doing
+        What it does, in messages.
     """
 
-    def __init__(self, name: str, opener: Opener) -> None:
+    def __init__(self, name: str, opener: Opener, doing: str = "reading") -> None:
         self.name = name
+        self._doing = doing
         self._opener = opener
         self.sample: Opened | None = None  # a coarse sample of the map, if there is one to be shown meanwhile
         self.opened: Opened | None = None  # the map, once it is read
@@ -142,7 +145,7 @@ class LoadJob:
 
     @property
     def text(self) -> str:
-        doing = "building the tables of" if self.opened else "making a store of" if self.sample else "reading"
+        doing = "building the tables of" if self.opened else "making a store of" if self.sample else self._doing
         doing = "preparing a preview of" if self._few else doing
         return f"{doing} {self.name}: {self.progress:.0%}"
 

@@ -24,6 +24,7 @@ from .frame_stats import FrameStats
 from .image_reader import ImageReader
 from .layers import Layers, is_layer
 from .lecture import Lecture, Station, read_lecture
+from .lecture_store import LectureStore
 from .legend import Legend, legend
 from .loading import Opened
 from .map_loader import MapLoader
@@ -93,6 +94,7 @@ class Viewer:
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self.lecture: Lecture | None = None  # once one was begun
+        self.lecture_store = LectureStore(self.scene, self.loader, self.sculpting)
         self.lost: list[Path] = []  # recovery files of windows that ended by an error
         self._lines: Lines | None = None
         self._moved_s: float | None = None
@@ -116,6 +118,7 @@ class Viewer:
         self.loader.cancel()
         if self.scene.has_map:
             self.scene.renderer.release()
+        self.lecture_store.remove()
         if self._lines:
             self._lines.release()
         self.memory.note(self.settings, self.explainer.unsplit)
@@ -139,8 +142,9 @@ class Viewer:
         frame = FrameStats(Path(shown.name).name, (shown.cols, shown.rows), is_preview, is_preview and not opened.offer)
         self.painter.new_map(frame)
         self.layers.new_map(opened, is_preview)
-        if before:
+        if before and not self.lecture_store.keeps(before, scene.opened, opened):
             before.release()
+            self.lecture_store.remove()
         if not replaces_preview:
             self._enter(opened, is_first=before is None)
         elif opened is not scene.opened:  # a sample was shown, and this is its map
@@ -379,6 +383,8 @@ class Viewer:
         awaits_preview = self.scene.has_map and not self.painter.has_picture  # it comes before the tables
         if not awaits_preview and (arrived := self.loader.step()):
             self.show(*arrived)
+        if self.lecture and self.scene.has_map:
+            self._follow_lecture(self.lecture)
         if not self.window.is_visible:
             return False
         self.window.end_message()
@@ -395,6 +401,16 @@ class Viewer:
             if self.lecture:
                 self.lecture.step(self.settled)
         return self.window.stale
+
+    def _follow_lecture(self, lecture: Lecture) -> None:
+        """Show a store of the map while a station needs it, and then the map again."""
+        back = self.lecture_store.step(bool(lecture.station and lecture.station.store))
+        lecture.lacks = self.lecture_store.words
+        if back:
+            pose, sides = self.scene.controller.pose, list(self.settings.sides)
+            self.show(*back)
+            if not lecture.station:
+                self.scene.controller.pose, self.settings.sides = pose, sides
 
     def draw(self) -> None:
         """Draw the picture and the marks over it into the target."""

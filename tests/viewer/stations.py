@@ -73,7 +73,7 @@ def measured(number, app):
         mean = MEAN[number] = float(shares @ np.arange(len(shares)))
         found = {"share of each colour, %": [round(100 * float(share), 1) for share in shares[:4]]}
         several = (shares > 0.03).sum() >= (3 if number == 2 else 2)
-        return found, several and {2: True, 7: mean < MEAN.get(2, 9) - 0.3, 13: shares[0] < 0.5}[number]
+        return found, several and {2: True, 7: mean < MEAN.get(2, 9) - 0.3, 13: 0.01 < shares[0] < 0.7}[number]
     if number == 1:
         across = lines_across(in_glass(app), 10)
         return {"mesh lines across the glass": round(across, 1)}, across > 2

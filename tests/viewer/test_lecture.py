@@ -21,6 +21,7 @@ def begin(app, stations=None):
 
 @pytest.mark.slow
 def test_the_lecture_has_thirteen_stations_with_true_numbers(app):
+    pytest.importorskip("zarr")  # the last station shows a store
     before = replace(app.viewer.settings, sides=list(app.viewer.settings.sides))
     app.viewer.window.resize((480, 300))
     begin(app)
@@ -33,8 +34,8 @@ def test_the_lecture_has_thirteen_stations_with_true_numbers(app):
         assert UNKNOWN not in told and told.split(". ")[0] in shown.replace("\n", " ")
         for stats, name in zip(app.viewer.painter.side_stats, ("{triangles}", "{triangles_right}"), strict=False):
             assert name not in "".join(station.says) or f"{stats['triangles']:,}" in told
-        measured = app.viewer.painter.side_measured[0]["max"]
-        assert "{achieved}" not in "".join(station.says) or f"{measured:.3g} px" in told
+        if "{achieved}" in "".join(station.says):
+            assert f"{app.viewer.painter.side_measured[0]['max']:.3g} px" in told
         is_there = station.click != "hidden" or app.viewer.painter.side_stats[0]["patches_hidden"]
         assert bool(app.viewer.explainer.explanation) == bool(station.click and is_there)
         assert app.viewer.sculpting.brushing == station.brush and app.viewer.settings.lens == station.lens

@@ -1,6 +1,8 @@
 """Each station of the lecture shows its claim in pixels, at 1280 × 720; without it, the measure fails."""
 
 import pytest
+
+pytest.importorskip("zarr")  # the last station shows a store
 from stations import measured
 from viewers import later, seen, wait_for_threads
 
@@ -53,6 +55,11 @@ def test_each_station_shows_what_must_be_seen(make_app, land):
             viewer.settings.change(max_error_px=64.0)
             draw(app)
             assert not measured(7, app)[1] and measured(7, app)[0] != shown
+        elif number == 13:
+            assert viewer.scene.is_paged
+            viewer.settings.change(max_error_px=0.25)
+            draw(app)
+            assert not measured(13, app)[1]
         elif number in (5, 9):
             app.press("escape")
             draw(app)

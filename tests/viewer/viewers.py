@@ -1,6 +1,7 @@
 """Helpers for tests of the viewer: a map, budgets, and frames until nothing happens any more."""
 
 import math
+import time
 from unittest import mock
 
 import numpy as np
@@ -75,6 +76,8 @@ def settle(either):
     viewer.window.refresh()
     for _ in range(20_000):
         wait_for_threads(viewer)
+        if viewer.scene.has_map and viewer.tiles.are_coming:
+            time.sleep(0.005)  # threads read them
         waits = viewer.painter.waits_for_rest or viewer.mouse.waits
         if not (later(either) or either.busy or waits) and viewer.settled:
             return
