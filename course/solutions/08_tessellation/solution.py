@@ -33,7 +33,8 @@ void main() {
 """
 
 # 8.2 The evaluation shader places one vertex. Every vertex stands on a post: the side is a multiple of all segments.
-#   v_place is the post's column and row, and its height. Posts past the map's last post are clamped to it.
+#   v_place is the post's column and row, and its height. Posts past the map's last post are clamped to it; the number
+#   of columns and rows is textureSize(u_heights, 0).
 #   Triangles are counter-clockwise seen from above: rows run to the south, so think about cw and ccw.
 EVALUATION = """
 #version 410
