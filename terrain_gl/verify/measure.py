@@ -122,19 +122,19 @@ class Measurement:
         for done, region in enumerate(regions, 1):
             for part in self._parts(selection, region, camera, size, near_m):
                 behind = _inside(hidden, part.region)  # with the rims that hidden patches share with drawn ones
-                uncovered += int(np.count_nonzero(part.seen & np.isnan(part.px) & ~behind))
-                seen += int(np.count_nonzero(part.seen))
                 known = ~np.isnan(part.px)
-                share = _drawn_shares(self.terrain.heightmap, hidden, part.region)[known]
-                counted = share > 0  # an error may be infinite
-                total += float(share[counted] @ np.square(part.px[known][counted]))
+                uncovered += int(np.count_nonzero(part.seen & ~known & ~behind))
+                seen += int(np.count_nonzero(part.seen))
+                share = known * _drawn_shares(self.terrain.heightmap, hidden, part.region)
+                px = np.where(share > 0, part.px, 0.0)  # an error may be infinite
+                total += float(np.einsum("ij,ij,ij", share, px, px))  # for `@`, threads of OpenBLAS wait busily
                 area += float(share.sum())
                 part.px[behind] = np.nan
-                drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
-                places = places + len(drawn)
-                posts = posts + len(at_posts)
-                largest = max(largest, float(drawn.max(initial=0.0)))
-                largest_at_posts = max(largest_at_posts, float(at_posts.max(initial=0.0)))
+                at_posts = part.at_posts().px
+                places += int(np.count_nonzero(known & ~behind))
+                posts += int(np.count_nonzero(~np.isnan(at_posts)))
+                largest = max(largest, float(np.fmax.reduce(part.px, None, initial=0.0)))
+                largest_at_posts = max(largest_at_posts, float(np.fmax.reduce(at_posts, None, initial=0.0)))
             yield done / len(regions)
         rms_px = float(np.sqrt(total / area)) if area else 0.0
         return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
@@ -294,13 +294,13 @@ def _drawn_shares(heightmap: Heightmap, hidden: np.ndarray, region: Region) -> n
     near = (boxes[:, :2] < [len(cols), len(rows)]).all(1) & (boxes[:, 2:] > 0).all(1)
     for x0, y0, x1, y1 in np.maximum(boxes[near], 0).tolist():
         drawn[y0:y1, x0:x1] = False
+    weights = []
     share = 0.25 * drawn.astype(np.float32)
     for axis, (at, n, first) in enumerate(((y, height, rows[0]), (x, width, cols[0]))):
         before, after = ((at + np.arange(n) - k) // PLACES - first for k in (1, 0))
-        share = share.take(before, axis) + share.take(after, axis)
-        weight = np.where(before == after, _BETWEEN, _ON_LINES).astype(np.float32)
-        share *= np.expand_dims(weight, 1 - axis)
-    return share
+        weights.append(np.where(before == after, _BETWEEN, _ON_LINES).astype(np.float32))
+        share = np.ones(1, np.float32) if drawn.all() else share.take(before, axis) + share.take(after, axis)
+    return weights[0][:, None] * share * weights[1]
 
 
 def places_of(heightmap: Heightmap) -> tuple[int, int]:
