@@ -23,7 +23,8 @@ WHOLE = 2**15  # longer than any line of a map
 INT64 = "GL_ARB_gpu_shader_int64"
 LOOPS = 2**16 - 2  # iterations of a thread; llvmpipe silently ends a loop after one more iteration
 BANDS = 8  # groups of threads that share the columns on a software renderer
-SMALL = 2**12  # tables of at most so many words sum columns as they sum rows; so do those of 64 bits, with one layer
+SMALL = 2**12  # tables of at most so many words sum columns as they sum rows, which needs no other program
+LARGE = 2**22  # so do those of 64 bits up to here; larger tables of all bits sum four columns at a time
 SIDE = 8  # threads of such a group, and rows that it sums at a time: THREADS of glsl/sat/columns.comp
 GROUP = 64  # threads of a work group, as in glsl/sat
 LOW_BITS = {8: 0x7F7F7F7F, 32: 0x7FFFFFFF}  # u_low_bits of glsl/sat/word.glsl
@@ -73,7 +74,7 @@ class SummedAreaTables:
         if self._has_whole_lines:
             rows = {"first": table.first, "lines": height, "length": width, "line_step": width, "word_step": 1}
             self._run("propagate WHOLE_LINES", _words(buffer), (height, 1, table.layers), GROUP, rows)
-            if self.bits == 64 or table.words <= SMALL:
+            if table.words <= (LARGE if self.bits == 64 else SMALL):
                 columns = {"first": table.first, "lines": width, "length": height, "line_step": 1, "word_step": width}
                 self._run("propagate WHOLE_LINES", _words(buffer), (width, 1, table.layers), GROUP, columns)
             else:
@@ -157,13 +158,15 @@ class SummedAreaTables:
 
     def _sum_columns(self, buffer: moderngl.Buffer, table: Table) -> None:
         """Sum whole columns, band by band, in runs that are shorter than llvmpipe's limit of a loop."""
-        width, height = table.width, table.height
+        words = 4 if table.words > LARGE and table.width % 4 == table.first % 4 == 0 else 1
+        width, height = table.width // words, table.height
         band = -(-width // (SIDE * BANDS)) * SIDE
-        lines = {"first": table.first, "lines": width, "length": height, "line_step": 1, "word_step": width}
+        lines = {"first": table.first // words, "lines": width, "length": height, "line_step": 1, "word_step": width}
         rows = LOOPS // (band // SIDE + 2) * SIDE  # llvmpipe also counts the test that ends an inner loop
         for row in range(1, height, rows):
             lines |= {"band": band, "row": row, "end": min(row + rows, height)}
-            self._run("columns WHOLE_LINES", _words(buffer), (width, 1, table.layers), band, lines)
+            name = "columns WHOLE_LINES FOURS" if words == 4 else "columns WHOLE_LINES"
+            self._run(name, _words(buffer), (width, 1, table.layers), band, lines)
 
     def _run(
         self, name: str, resources: Resources, threads: tuple[int, int, int], group: int, uniforms: Uniforms

@@ -521,7 +521,7 @@ def is_lanewise(z3, text, name, operation, *low):
 def test_packed_counters_wrap_each_for_itself(z3):
     for low in (0x7F7F7F7F, 0x7FFFFFFF):
         for name, operation in (("add_apart", operator.add), ("sub_apart", operator.sub)):
-            assert is_lanewise(z3, source("sat/bits.glsl"), name, operation, low)
+            assert is_lanewise(z3, source("sat/word.glsl"), name, operation, low)
     text = source("error/bound.glsl")
     assert is_lanewise(z3, text, "sub8", operator.sub)
     assert not is_lanewise(z3, text.replace("0x7f7f7f7fu", "0x7f7f7fffu"), "sub8", operator.sub)

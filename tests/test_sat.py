@@ -91,12 +91,16 @@ def test_any_size_equals_the_reference(ctx, tables, rows, cols, layers, bits, se
     buffer.release()
 
 
-def test_columns_summed_in_several_runs_equal_the_reference(ctx, tables, monkeypatch):
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("width", [40, 41])
+def test_columns_summed_in_several_runs_equal_the_reference(ctx, tables, monkeypatch, width, bits):
+    """Also if they are summed four at a time, as in large tables of a suitable width."""
     monkeypatch.setattr("terrain_gl.sat.LOOPS", 7)  # 16 rows in a run
-    for width in (40, 41):
-        values = random_words((2, 100, width), 64)
-        kernels, buffer, table = built(ctx, tables, values)
-        assert (kernels.read(buffer, table) == [reference.sat(layer) for layer in values]).all()
+    for size in ("SMALL", "LARGE"):
+        monkeypatch.setattr(f"terrain_gl.sat.{size}", 0)
+    values = random_words((2, 103, width), bits)
+    kernels, buffer, table = built(ctx, tables, values)
+    assert (kernels.read(buffer, table) == [reference.sat(layer) for layer in values]).all()
 
 
 def test_long_columns_of_wide_bands_are_summed_to_their_ends(ctx, tables, monkeypatch):

@@ -15,7 +15,7 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };  // of hei
 
 #define COUNTER(i) counter[i]
 
-// Four differences of 8 bits: sub_apart() of sat/bits.glsl.
+// Four differences of 8 bits: sub_apart() of sat/word.glsl.
 uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
 
 BOX_SUM(count_sum, uint, COUNTER, sub8)

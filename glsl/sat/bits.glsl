@@ -1,7 +1,7 @@
 // sat/bits.glsl — integers that wrap.
 //   64 bits: uvec2, low half first.   32 bits, or four numbers of 8 bits side by side: uint.
 //   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
-// Provides add64(), sub64(), ATOMIC_ADD_64(), add_apart(), sub_apart(), word_float().   Python twin: reference.sat
+// Provides add64(), sub64(), ATOMIC_ADD_64(), word_float().   Python twin: reference.sat
 
 uvec2 add64(uvec2 a, uvec2 b) {
     uint carry;
@@ -21,11 +21,6 @@ uvec2 sub64(uvec2 a, uvec2 b) {
     uint low = usubBorrow(a.x, b.x, borrow);
     return uvec2(low, a.y - b.y - borrow);
 }
-
-// The numbers of a word, one or four: `low` has all bits except the highest of each number. The low bits are added
-// without a carry out; the highest is an exclusive or (Warren 2002, "Hacker's delight", section 2-18).
-uint add_apart(uint a, uint b, uint low) { return ((a & low) + (b & low)) ^ ((a ^ b) & ~low); }
-uint sub_apart(uint a, uint b, uint low) { return ((a | ~low) - (b & low)) ^ ((a ^ ~b) & ~low); }
 
 float word_float(uint a) { return float(a); }
 float word_float(uvec2 a) { return float(a.y) * 4294967296.0 + float(a.x); }

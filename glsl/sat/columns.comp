@@ -1,6 +1,7 @@
 // sat/columns.comp — sums along columns for a renderer with few threads: each row is added to the row below it.
 //   A group owns a band of columns and walks down its rows, eight at a time. So it reads memory in order.
-//   Threads of a group are side by side, and step through the band together.
+//   Threads of a group are side by side, and step through the band together. With FOURS, each takes four words at a
+//   time: all rows begin at a multiple of four words.
 // Python twin: reference.sat
 
 #define THREADS 8u

@@ -1,5 +1,5 @@
 // sat/word.glsl — the word of a table, for kernels that set BITS: 64, or 32 for one number or four of 8 bits in a word.
-//   Kernels with WHOLE_LINES have uint64_t in place of uvec2.
+//   Kernels with WHOLE_LINES have uint64_t in place of uvec2. With FOURS, a word is a vector of four.
 // Provides WORD, ADD(), SUB(), and FOUR for four words.   Python twin: reference.sat
 
 #ifndef BITS
@@ -23,7 +23,19 @@
 #else
 #define WORD uint
 #define FOUR uvec4
-uniform uint u_low_bits;  // all bits of a word except the highest of each number in it
 #define ADD(a, b) add_apart(a, b, u_low_bits)
 #define SUB(a, b) sub_apart(a, b, u_low_bits)
+uniform uint u_low_bits;  // all bits of a word except the highest of each number in it
+#endif
+
+#ifdef FOURS
+#undef WORD
+#define WORD FOUR
+#endif
+
+#if BITS == 32
+// The numbers of a word, one or four: `low` has all bits except the highest of each number. The low bits are added
+// without a carry out; the highest is an exclusive or (Warren 2002, "Hacker's delight", section 2-18).
+WORD add_apart(WORD a, WORD b, uint low) { return ((a & low) + (b & low)) ^ ((a ^ b) & ~low); }
+WORD sub_apart(WORD a, WORD b, uint low) { return ((a | ~low) - (b & low)) ^ ((a ^ ~b) & ~low); }
 #endif
