@@ -13,6 +13,7 @@ from maps import MAPS, Scene, rough
 from terrain_gl import Camera, Heightmap, Renderer, UsageError, reference
 from terrain_gl.camera import boxes_in_picture, clip_from_eye, screen_shift_px
 from terrain_gl.camera.camera import depth_span_m
+from terrain_gl.camera.pieces import Piece
 from terrain_gl.camera.view import ViewBlock
 from terrain_gl.comparison.pruned import view_of
 from terrain_gl.film.path import CameraPath, Keyframe
@@ -164,6 +165,31 @@ def moved_px(camera, points, rise_m, size):
     return np.linalg.norm(
         camera.pixels(points + np.c_[0 * points[:, :2], rise_m], size) - camera.pixels(points, size), axis=1
     )
+
+
+def test_a_view_follows_each_thing_that_it_depends_on(ctx):
+    """The block is not written again for the same view; each change makes the block that a new view has."""
+    scene, wide = (Scene.of(ctx, Heightmap(rough(40, 60), spacing_m)) for spacing_m in (30.0, 40.0))
+    over = Camera.default(scene.terrain.heightmap)
+    above = Camera.orthographic(over.eye, over.target, 500.0)
+    asked = {"terrain": scene.terrain, "camera": above, "size": SIZE, "near_m": 1.0, "metric": 0, "tolerance_px": 1.0}
+    changes = {"camera": over, "size": (90, 160), "near_m": 2.0, "metric": 1, "tolerance_px": 2.0}
+
+    def written(view, asked):
+        view.write(**asked)
+        return view.block.read()
+
+    view = ViewBlock(ctx)
+    first = written(view, asked)
+    for changed in [*({name: value} for name, value in changes.items()), {"terrain": wide.terrain}]:
+        fresh = written(ViewBlock(ctx), asked | changed)
+        assert written(view, asked | changed) == fresh
+        assert changed.keys() == {"near_m"} or fresh != first
+        assert written(view, asked) == first
+    view.crop(Piece((0, 0), (100, 50), SIZE))
+    assert view.block.read() != first == written(view, asked)
+    scene.terrain.heightmap.range_m = -1e3, 1e3  # as after an edit: the depths of parallel rays end lower
+    assert written(view, asked) == written(ViewBlock(ctx), asked) != first
 
 
 @pytest.mark.slow

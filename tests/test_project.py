@@ -82,7 +82,10 @@ def random_view(rng):
     ][rng.integers(0, 4)]()
     fov = float(rng.choice([0.1, 1, 20, 50, 100, 120, 150, 170]))
     up = None if rng.random() < 0.5 else tuple(rng.normal(size=3))
-    grid = SimpleNamespace(spacing_m=tuple(spacing), rows=cells + 1, relief=relief, low=low)
+    span_m = low, low + relief
+    grid = SimpleNamespace(
+        spacing_m=tuple(spacing), rows=cells + 1, cols=cells + 1, range_m=span_m, relief=relief, low=low
+    )
     near_m = 0.1 * spacing.min() * 10 ** rng.uniform(-1, 1)
     return grid, Camera(tuple(eye), tuple(target), fov, up), SIZES[rng.integers(0, len(SIZES))], near_m
 
@@ -141,7 +144,7 @@ def test_projection_bounds_every_point_of_a_box(ctx, projection, seed):
 def test_projection_of_a_small_box_is_tight(ctx, projection, seed):
     """Far from the eye and near its middle a node of one cell and little relief is bounded within two per cent."""
     rng = np.random.default_rng(seed)
-    grid = SimpleNamespace(spacing_m=(10.0, 10.0), rows=257)
+    grid = SimpleNamespace(spacing_m=(10.0, 10.0), rows=257, cols=257, range_m=(0.0, 1.0))
     eye = rng.uniform(-2000, 5000, 2)
     camera = Camera((*eye, 5000.0), (1280.0, 1280.0, 0.0), 40.0)
     asked = np.zeros(1, ASK)

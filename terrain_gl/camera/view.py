@@ -37,11 +37,23 @@ class ViewBlock:
         self._clip_from_eye: list[list[float]] = []  # projection of the whole picture, row by row
         self._piece: Piece | None = None  # the piece whose view the buffer holds
         self._near_m = 0.0
+        self._asked: tuple[Any, ...] = ()  # all that the values were computed from
         self._largest_px = gl.limits(ctx)["viewport_size"]
         self.viewport = (0, 0, 0, 0)
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are the fields tolerance_px, metric and cull."""
+        land = terrain.heightmap
+        asked = camera, size, near_m, settings, land.spacing_m, land.cols, land.rows, land.range_m, terrain.base_m
+        if asked != self._asked:
+            self._compute(terrain, camera, size, near_m, settings)
+            self._piece = None
+            self._asked = asked
+        self.crop(Piece.whole(size))
+
+    def _compute(
+        self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, settings: dict[str, Any]
+    ) -> None:
         x, y, z = camera.eye
         east, north = terrain.heightmap.spacing_m
         bend_per_m = camera.bend_per_m
@@ -73,8 +85,6 @@ class ViewBlock:
         self.reach_m = math.inf if camera.is_orthographic else near_m * math.hypot(1.0, *corner)
         self._clip_from_eye = clip_from_eye(camera, size, near_m, span_m).tolist()
         self._near_m = near_m
-        self._piece = None
-        self.crop(Piece.whole(size))
 
     @property
     def eye(self) -> tuple[tuple[int, int], tuple[float, float], float]:

@@ -24,6 +24,7 @@ from ctypes import byref, c_int
 from dataclasses import dataclass
 from functools import cache, partial
 from itertools import combinations
+from operator import methodcaller
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 from weakref import WeakKeyDictionary, WeakValueDictionary
@@ -206,6 +207,7 @@ class _Pass:
             self._binders[name] = self._binder(known[name], number)
             places.setdefault((kind, number), []).append(name)
         self._shared = [pair for names in places.values() for pair in combinations(names, 2)]
+        self.uses = frozenset(self._binders)
         self.declares = frozenset(name for name, (kind, *_) in known.items() if kind != "uniform")
         self.declares_uniforms = frozenset(
             name.removeprefix("u_") for name, (kind, *_) in known.items() if kind == "uniform"
@@ -254,9 +256,9 @@ class _Pass:
         """A function that binds a resource to a number."""
         kind, read, write = declared
         if kind == "storage block":
-            return lambda buffer: buffer.bind_to_storage_buffer(number)
+            return methodcaller("bind_to_storage_buffer", number)
         if kind == "uniform block":
-            return lambda buffer: buffer.bind_to_uniform_block(number)
+            return methodcaller("bind_to_uniform_block", number)
         if kind == "image":
             return lambda texture: texture.bind_to_image(number, read=read, write=write)
 

@@ -324,7 +324,7 @@ class RingsSelector(PatchSurface):
     ) -> None:
         kernel = self._kernel(name)
         offered = {**self.of_passes, **into}
-        resources = {each: resource for each, resource in offered.items() if each in kernel.declares}
+        resources = {each: offered[each] for each in kernel.uses if each in offered}
         if indirect is None:
             kernel.run((groups, 1, 1), resources, uniforms)
         else:
