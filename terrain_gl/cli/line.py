@@ -14,8 +14,9 @@ from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
+from ..renderer.draped import COLOURS
 from ..renderer.options import FrameOptions
-from ..renderer.overlay import Overlay
+from ..renderer.overlay import Overlay, paint_of
 from . import options, overlays, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
@@ -68,11 +69,21 @@ def command_line(
         raise UsageError("an overlay is in no file: save it as GeoJSON, and open that file")
     if laid:
         told |= {"overlay": [overlay.path for overlay in laid], "labels": laid[0].label}
+        told["overlay_colour"] = _colours(laid)
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
     told |= {name: value for name, value in vars(chosen).items() if value != getattr(FrameOptions(sun=sun), name)}
     if chosen.contour_m and chosen.units != "m":  # a number alone would be in `units`
         told["contour_m"] = f"{chosen.contour_m!r}m"
     return shlex.join(["terrain-gl", "shot", path, "-o", output, *_words(told | {"size": size})])
+
+
+def _colours(laid: tuple[Overlay, ...]) -> list[str]:
+    """The colours of overlays, without the last ones that are the usual colours of their numbers."""
+    usual = [paint_of(COLOURS[i % len(COLOURS)]) for i in range(len(laid))]
+    colours = [overlay.paint or own for overlay, own in zip(laid, usual, strict=True)]
+    while colours and colours[-1] == usual[len(colours) - 1]:
+        colours.pop()
+    return colours
 
 
 def _words(told: dict[str, Any]) -> list[str]:

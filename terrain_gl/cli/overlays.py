@@ -13,7 +13,7 @@ from ..light.laid import is_albedo, look_into
 from ..renderer.draped import is_on_map
 from ..renderer.names import Label
 from ..renderer.options import FrameOptions
-from ..renderer.overlay import LABEL, Overlay, read_overlay
+from ..renderer.overlay import LABEL, Overlay, painted, read_overlay
 from . import options, report, values
 from .records import Drawn, LaidOptions
 
@@ -22,9 +22,12 @@ PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", "
 
 
 def add(command: options.Options) -> None:
-    """Declare `--overlay` and `--labels`."""
+    """Declare `--overlay`, `--overlay-colour` and `--labels`."""
     what = "over the land: GeoJSON, GPX, KML, a picture or values"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
+    what = "of the first --overlay of lines, then of the second, ...: #rrggbb if its file has none, or all:#rrggbb"
+    group = options.group_of(command, "picture")
+    group.add_argument("--overlay-colour", metavar="COLOUR", action="append", default=[], help=what)
     what = f"property that names points (default: {LABEL}), or none"
     command.add_argument("--labels", metavar="PROPERTY", default=LABEL, help=what)
 
@@ -73,6 +76,10 @@ def of(asked: LaidOptions, heightmap: Heightmap, silent: bool = False) -> tuple[
     laid = tuple(read_overlay(path, heightmap, asked.labels) for path in asked.overlay)
     if asked.labels == NO_LABELS:
         laid = tuple(overlay._replace(names=(), label=NO_LABELS) for overlay in laid)
+    colours = asked.overlay_colour
+    if len(colours) > len(laid):
+        raise UsageError(f"--overlay-colour: {len(colours)} colours for {len(laid)} overlays of lines and points")
+    laid = (*map(painted, laid, colours), *laid[len(colours) :])
     for path, overlay in zip(asked.overlay, laid, strict=True):
         if not silent and not is_on_map(overlay, heightmap):
             order = " (GeoJSON has longitudes before latitudes)" if path.lower().endswith("json") else ""

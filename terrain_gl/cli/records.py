@@ -84,6 +84,7 @@ class LaidOptions:
     """What lies over the land, and over the picture."""
 
     overlay: tuple[str, ...] = ()
+    overlay_colour: tuple[str, ...] = ()
     labels: str = LABEL
     furniture: bool = False
     title: str | None = None

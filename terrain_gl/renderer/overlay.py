@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import TerrainError, UsageError
 from ..basics.inputs import check_input
 from ..heightmap import Heightmap
 from ..readers.georeference import DEGREES, flat_crs
@@ -50,6 +50,27 @@ class Overlay(NamedTuple):
     areas: tuple[tuple[tuple[np.ndarray, ...], Colour], ...] = ()  # rings of filled polygons, and their colours
     path: str = ""  # the file that was read; "" if there is none
     label: str = LABEL  # the property of a point that is its name
+    paint: str = ""  # what `painted` was told; "" for no colour of its own
+
+
+def paint_of(colour: Colour, everywhere: bool = False) -> str:
+    """A colour as `painted` takes it."""
+    return ("all:" if everywhere else "") + "#" + bytes(colour[:3]).hex()
+
+
+def read_paint(paint: str) -> tuple[Colour, bool]:
+    """The colour that `painted` is told, and whether it is for everything; `UsageError` for another text."""
+    if colour := _colour(paint.removeprefix("all:"), None, 1.0):
+        return colour, paint.startswith("all:")
+    raise UsageError(f"colour of an overlay: expected #rrggbb or all:#rrggbb, got {paint!r}")
+
+
+def painted(overlay: Overlay, paint: str) -> Overlay:
+    """The overlay in a colour: "#rrggbb" for what has no colour in its file, "all:#rrggbb" for all lines and points."""
+    colour, everywhere = read_paint(paint)
+    styles = overlay.styles or (PLAIN,) * (len(overlay.lines) + len(overlay.points))
+    own = tuple(each._replace(stroke=colour if everywhere else each.stroke or colour) for each in styles)
+    return overlay._replace(styles=own, paint=paint)
 
 
 def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overlay:

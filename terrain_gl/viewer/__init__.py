@@ -12,10 +12,10 @@ commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks                   clicks and drags; lines over the land
 tour                           turns around the land when nobody is there
-layers                         files over the land: tracks, outlines, names, a ground image
 lecture_store                  a store of the map in memory, for a station of the lecture
 lecture, jumps                 stations with a state of the window, and their texts; jumps between two frames
 memory, state                  settings that are remembered; a whole state as JSON
+layers                         files over the land: tracks, outlines, names, a ground image
 sculpting, saver, explainer, store_tiles  the brush; saved files; why a patch has its detail; missing tiles
 loops, places                  flights for short films; places that the user types
 map_loader, image_reader       load maps, read sky and ground images

@@ -94,13 +94,13 @@ def _escape(viewer: Viewer) -> None:
 
 def _go_to(viewer: Viewer, n: int) -> None:
     if state := viewer.scene.bookmarks.get(n):
-        apply(viewer.scene, viewer.explainer, state)
+        apply(viewer.scene, viewer.explainer, viewer.layers, state)
     else:
         viewer.window.say(f"bookmark {n} is not set: Ctrl {n} sets it")
 
 
 def _set_bookmark(viewer: Viewer, n: int) -> None:
-    viewer.scene.bookmarks[n] = state_of(viewer.scene)
+    viewer.scene.bookmarks[n] = state_of(viewer.scene, viewer.layers)
     viewer.window.say(f"bookmark {n} is set here")
 
 

@@ -6,10 +6,11 @@ Renderer and options hold what is shown, so saved pictures, films and the names 
 import os
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from typing import Any
 
 from ..renderer.draped import COLOURS
 from ..renderer.lines import Color
-from ..renderer.overlay import PLAIN, Overlay, read_overlay
+from ..renderer.overlay import Overlay, paint_of, painted, read_overlay, read_paint
 from .image_reader import ImageReader
 from .loading import Opened, in_a_line
 from .painter import Painter
@@ -42,17 +43,32 @@ class Layer:
     def painted(self) -> Overlay:
         """The overlay with the colour of the layer, which does not depend on the other layers."""
         assert self.overlay
-        styles = self.overlay.styles or (PLAIN,) * (len(self.overlay.lines) + len(self.overlay.points))
-        if self.is_coloured:
-            return self.overlay._replace(styles=tuple(style._replace(stroke=self.colour) for style in styles))
-        return self.overlay._replace(
-            styles=tuple(style._replace(stroke=style.stroke or self.colour) for style in styles)
-        )
+        return painted(self.overlay, self.paint)
+
+    @property
+    def paint(self) -> str:
+        """The colour, as `overlay.painted` takes it."""
+        return paint_of(self.colour, self.is_coloured)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The layer in a state of the window: `Layers.restore`."""
+        return {"path": self.path, "shown": self.is_shown, "colour": self.paint}
+
+    def take(self, state: dict[str, Any]) -> None:
+        """Be shown, or not, and coloured, as in a state."""
+        self.is_shown = bool(state.get("shown", True))
+        self.colour, self.is_coloured = read_paint(state["colour"])
 
 
 def is_layer(path: str) -> bool:
     """Whether a file is shown over the land, and is not a map itself."""
     return path.lower().endswith((*TRACKS, *PHOTOS))
+
+
+def _absolute(path: str) -> str:
+    """A path that also holds in another folder; "" for an overlay without a file."""
+    return os.path.abspath(path) if path else ""
 
 
 class Layers:
@@ -75,24 +91,47 @@ class Layers:
 
     def new_map(self, opened: Opened, is_preview: bool) -> None:
         """Begin with the overlays of a map. If it is the same map, at another scale, dropped files are placed again."""
-        given = {overlay.path for overlay in opened.overlays}
+        given = {_absolute(overlay.path) for overlay in opened.overlays}
         is_same = opened.key == self._key
         dropped = [layer for layer in self.layers if layer.is_image or (is_same and layer.path not in given)]
         self._key, self._reading = opened.key, None
-        self.layers = [Layer(each.path, self._colour(i), each) for i, each in enumerate(opened.overlays)] + dropped
+        self.layers = [Layer(_absolute(each.path), self._colour(i), each) for i, each in enumerate(opened.overlays)]
+        for layer, overlay in zip(self.layers, opened.overlays, strict=True):
+            if overlay.paint:
+                layer.colour, layer.is_coloured = read_paint(overlay.paint)
+        self.layers += dropped
         self._waiting = [layer for layer in dropped if not layer.is_image]
         if not is_preview:
             self._lay()
 
     def add(self, path: str) -> None:
         """Show a file over the land, as soon as the map is there."""
-        layer = Layer(os.path.expanduser(path.strip()), self._colour(len(self.layers)))
+        layer = Layer(_absolute(os.path.expanduser(path.strip())), self._colour(len(self.layers)))
         if layer.is_image:
             self._drop_images()
             self._images.read("material", layer.path)
             self.layers.append(layer)
         else:
             self._waiting.append(layer)
+
+    @property
+    def state(self) -> list[dict[str, Any]]:
+        """The layers of files, the first one at the bottom, for a bookmark."""
+        return [layer.state for layer in self.layers if layer.path]
+
+    def restore(self, states: list[dict[str, Any]] | None) -> None:
+        """Show the layers of a state, in its order; layers that it does not have are hidden. None: change nothing."""
+        if states is None or states == self.state:
+            return
+        known = {layer.path: layer for layer in self.layers if layer.path}
+        wanted = [known.pop(path, Layer(path, self._colour(0))) for path in (each["path"] for each in states)]
+        for layer, each in zip(wanted, states, strict=True):
+            layer.take(each)
+        for layer in known.values():
+            layer.is_shown = layer.is_image and layer.is_shown  # an image is an option, which the state has
+        self._waiting = [layer for layer in wanted if layer.overlay is None and not layer.is_image]
+        self.layers = [*(layer for layer in self.layers if not layer.path), *wanted, *known.values()]
+        self.changed()
 
     def step(self) -> None:
         """Read the next file, or show a layer that was read."""

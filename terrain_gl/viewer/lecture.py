@@ -18,6 +18,7 @@ from ..pages.map import PagedMap
 from .explainer import BOX, HIDDEN, Explainer
 from .frame_stats import achieved_px
 from .jumps import JumpMeter
+from .layers import Layers
 from .painter import Painter
 from .pointer import Pointer
 from .scene import Scene
@@ -125,6 +126,7 @@ class Lecture:
         scene: Scene,
         painter: Painter,
         explainer: Explainer,
+        layers: Layers,
         sculpting: Sculpting,
         pointer: Pointer,
     ) -> None:
@@ -139,6 +141,7 @@ class Lecture:
         self._scene = scene
         self._painter = painter
         self._explainer = explainer
+        self._layers = layers
         self._sculpting = sculpting
         self._pointer = pointer
         self._before: Settings | None = None  # the user's own choices
@@ -235,7 +238,7 @@ class Lecture:
         self._fits = station.fits
         self._explainer.explanation = None
         self._click = station.click
-        apply(self._scene, self._explainer, station.state, travels)
+        apply(self._scene, self._explainer, self._layers, station.state, travels)
         before = station.before and self._scene.for_renderer(camera_of(self._scene, station.before))
         self.jumps.follow(before or None)
         self._scene.settings.lens = station.lens

@@ -1,6 +1,7 @@
 """A whole state of the window as JSON: camera, options of each side, frozen levels. Bookmarks and lectures hold states.
 
-    {"view": "first", "sides": [{"style": "lod", "max_error_px": 2}], "divider": 0.5, "frozen": null, "sums": false}
+    {"view": "first", "layers": [{"path": "way.gpx", "shown": true, "colour": "#ff4632"}],
+     "sides": [{"style": "lod", "max_error_px": 2}], "divider": 0.5, "frozen": null, "sums": false}
 
 A view is a name of `files.views.VIEWS`, "first" for the map's own, the numbers of a pose, or a place near a view:
 {"from": "first", "ahead": 0.1, "up": 0.2, "elevation_deg": -20}, by sides of the map. Options that a side does not name
@@ -17,12 +18,14 @@ from ..camera import Camera
 from ..files.views import VIEWS
 from ..heightmap import ground_m
 from ..renderer.options import FrameOptions
+from ..renderer.overlay import read_paint
 from .explainer import Explainer
+from .layers import Layers
 from .pose import Pose, vector
 from .scene import Scene
 
 FIRST = "first"  # the view of the map itself
-_KEYS = {"view", "sides", "divider", "swapped", "centred", "frozen", "sums"}
+_KEYS = {"view", "layers", "sides", "divider", "swapped", "centred", "frozen", "sums"}
 _BESIDE = {"from", "ahead", "up", "elevation_deg"}
 _OPTIONS = (
     *("style", "method", "metric", "max_error_px", "triangles", "wires", "error_scale_px", "contour_m", "water_m"),
@@ -30,7 +33,7 @@ _OPTIONS = (
 )
 
 
-def state_of(scene: Scene) -> dict[str, Any]:
+def state_of(scene: Scene, layers: Layers) -> dict[str, Any]:
     """The present state."""
     settings = scene.settings
     plain = FrameOptions()
@@ -41,7 +44,7 @@ def state_of(scene: Scene) -> dict[str, Any]:
     frozen = asdict(scene.true_pose(Pose.of(scene.frozen))) if scene.frozen else None
     state = {"view": asdict(scene.true_pose(scene.controller.pose)), "sides": sides, "frozen": frozen}
     chosen = {name: True for name in ("swapped", "centred") if getattr(settings, name)}
-    return state | chosen | {"divider": settings.divider, "sums": settings.sums}
+    return state | {"layers": layers.state} | chosen | {"divider": settings.divider, "sums": settings.sums}
 
 
 def checked(state: Any, where: str) -> dict[str, Any]:
@@ -65,6 +68,10 @@ def checked(state: Any, where: str) -> dict[str, Any]:
                 _ = Pose.read(view).camera
             elif view not in (FIRST, *VIEWS):
                 raise UsageError(f"view: expected one of {', '.join((FIRST, *VIEWS))}, got {view!r}")
+        for layer in state.get("layers", []):
+            read_paint(str(layer["colour"]))
+            if not isinstance(layer["path"], str):
+                raise UsageError(f"layers: expected a path, got {layer['path']}")
         if not 0 < float(state.get("divider", 0.5)) < 1:
             raise UsageError(f"divider: expected a number between 0 and 1, got {state['divider']}")
     except (TerrainError, TypeError, ValueError, KeyError) as error:
@@ -72,7 +79,7 @@ def checked(state: Any, where: str) -> dict[str, Any]:
     return state
 
 
-def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bool = True) -> None:
+def apply(scene: Scene, explainer: Explainer, layers: Layers, state: dict[str, Any], travels: bool = True) -> None:
     """Show a state. The camera travels to its view, or jumps there if not `travels`."""
     settings = scene.settings
     base = FrameOptions(sun=scene.opened.sun, look=settings.options.look)
@@ -80,6 +87,7 @@ def apply(scene: Scene, explainer: Explainer, state: dict[str, Any], travels: bo
     settings.divider = state.get("divider", 0.5)
     settings.swapped, settings.centred = bool(state.get("swapped")), bool(state.get("centred"))
     settings.sums = bool(state.get("sums"))
+    layers.restore(state.get("layers"))
     frozen = state.get("frozen")
     scene.frozen = camera_of(scene, frozen) if frozen else None
     pose = Pose.of(camera_of(scene, state.get("view", FIRST)))

@@ -221,7 +221,7 @@ class Viewer:
     def give_lecture(self, stations: list[Station] | None = None) -> None:
         """Begin a lecture, by default the one of the package; or go on with it where it was left."""
         if stations or not self.lecture:
-            parts = self.scene, self.painter, self.explainer, self.sculpting, self.pointer
+            parts = self.scene, self.painter, self.explainer, self.layers, self.sculpting, self.pointer
             self.lecture = Lecture(stations or read_lecture(), *parts)
         if self.scene.has_map and not self.scene.awaits_map:
             self.lecture.begin()

@@ -261,7 +261,7 @@ def test_the_sides_change_places_and_the_divider_moves_without_drawing(viewer, m
     press(viewer, "shift+t")
     later(viewer)
     assert viewer.pointer.side_at(10) == 1 and viewer.pointer.side_at(310) == 0
-    saved = state_of(viewer.scene)
+    saved = state_of(viewer.scene, viewer.layers)
     press(viewer, "t")
     assert not viewer.settings.swapped and saved["swapped"]
 

@@ -1,15 +1,21 @@
 """Files that are dropped on the window: layers in the picture, in saved pictures, in another order and colour."""
 
 import json
+import shlex
 
 import numpy as np
 import pytest
-from viewers import load, seen, settle, texts
+from viewers import hills, load, seen, settle, texts
 
+from terrain_gl.basics.exceptions import UsageError
+from terrain_gl.camera import Camera
+from terrain_gl.cli.line import command_line
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
 from terrain_gl.viewer.loading import Opened
+from terrain_gl.viewer.memory import Memory
+from terrain_gl.viewer.state import checked
 
 GREEN = (0, 255, 0, 255)
 
@@ -122,3 +128,72 @@ def test_a_photo_is_a_layer_of_the_ground_and_a_file_that_is_none_is_not(app, tm
     settle(app)
     assert np.abs(seen(app) - plain).mean() < 1
     assert laid("bad.jpg") == [] and "bad.jpg" in app.viewer.window.message
+
+
+def picture(app):
+    """The picture without panels."""
+    app.viewer.draw()
+    return seen(app)
+
+
+def arranged(app, drop):
+    """Three layers over hills: the second one painted and lowered, the third one hidden."""
+    first, second, third = drop("a.geojson", 600), drop("b.geojson", 604, stroke="#00ff00"), drop("c.geojson", 900)
+    app.viewer.layers.paint(second, (255, 0, 255, 255))
+    app.viewer.layers.lower(second)
+    app.viewer.layers.toggle(third)
+    settle(app)
+    return first, second, third
+
+
+def test_a_bookmark_brings_the_layers_back(app, drop, tmp_path):
+    first, second, third = arranged(app, drop)
+    was = picture(app)
+    app.press("ctrl+4")
+    kept = app.viewer.scene.bookmarks[4]
+    memory = Memory(tmp_path / "view.json")
+    memory.note_map("hills", app.viewer.scene.controller.pose, {4: kept}, "auto")
+    memory.save()
+    again = Memory(tmp_path / "view.json").bookmarks("hills")[4]
+    layers = app.viewer.layers
+    layers.remove(second)
+    layers.paint(first, (0, 255, 255, 255))
+    layers.toggle(third)
+    drop("d.geojson", 300)
+    assert np.abs(picture(app) - was).max() > 60
+    app.viewer.scene.bookmarks[4] = again
+    app.press("4")
+    app.frame(app.viewer.window.now_s + 1)  # it begins to read
+    layers.join()
+    settle(app)
+    named = [(each.name, each.is_shown) for each in layers.layers]
+    assert named == [("b.geojson", True), ("a.geojson", True), ("c.geojson", False), ("d.geojson", False)]
+    assert np.array_equal(picture(app), was)
+
+
+def test_a_wrong_layer_in_a_state_is_told():
+    for layer, words in (({"path": "a", "colour": "greenish"}, "greenish"), ({"path": 3, "colour": "#ffffff"}, "path")):
+        with pytest.raises(UsageError, match=words):
+            checked({"layers": [layer]}, "here")
+
+
+@pytest.mark.slow
+def test_the_copied_command_draws_the_layers(app, drop, run, tmp_path):
+    np.save("hills.npy", hills().heights.astype("f4"))
+    heightmap = Heightmap.open("hills.npy", spacing_m=10.0)
+    opened = Opened(heightmap, Camera.default(heightmap), key="hills.npy", camera_given=True)
+    app.viewer.show(Renderer(heightmap, (320, 200), ctx=app.viewer.ctx), opened)
+    arranged(app, drop)
+    told = []
+    app.viewer.saver.line_of, app.viewer.saver.on_copy = command_line, told.append
+    app.press("p")
+    settle(app)
+    app.press("y")
+    words = shlex.split(told[0])
+    assert run(*words[1:])[0] == 0
+    saved = load(tmp_path / "hills-001.png")
+    assert share(saved, (255, 0, 255)) > 1e-4  # the painted layer
+    assert np.array_equal(saved, load(tmp_path / "picture.png"))
+    plain = [word for i, word in enumerate(words) if "--overlay-colour" not in (word, words[i - 1])]
+    assert run(*plain[1:])[0] == 0
+    assert not np.array_equal(saved, load(tmp_path / "picture.png"))

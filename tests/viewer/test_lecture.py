@@ -92,7 +92,7 @@ def test_a_bookmark_keeps_the_whole_state(app, tmp_path):
     viewer.settings.change(style="lod", max_error_px=3.0)
     app.press("l")
     app.press("ctrl+2")
-    kept = json.loads(json.dumps(state.state_of(viewer.scene)))
+    kept = json.loads(json.dumps(state.state_of(viewer.scene, viewer.layers)))
     pose, sides = viewer.scene.controller.pose, list(viewer.settings.sides)
     app.press("l")
     viewer.settings.change_all(style="lambert", max_error_px=1.0)
