@@ -100,14 +100,13 @@ def _line_in(lines: list[str], at: int, file: list[str]) -> int:
     return max(places, key=lambda i: run(i, 1) + run(i, -1)) + 1 if places else 0
 
 
-def prefix_sums(student: Student, texts: Any, maps: list[np.ndarray]) -> Iterator[Finding]:
-    """Compare the tables that reduce, scan and propagate compute from maps of uint32."""
+def prefix_sums(student: Student, texts: Any, maps: list[tuple[np.ndarray, np.ndarray]]) -> Iterator[Finding]:
+    """Compare the tables that reduce, scan and propagate compute from maps of uint32 with the true ones beside them."""
     hindrance = ready(student, texts, {"reduce", "scan", "propagate"}, 430)
     if hindrance is not None:
         yield hindrance
         return
     with runner(student, texts) as found:
-        for values in maps:
-            want = values.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
+        for values, want in maps:
             got = found.prefix_table(texts, values)
             yield compare(f"a map of {values.shape[1]} x {values.shape[0]}", got, want, axes=("row", "column"))

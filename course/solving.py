@@ -36,6 +36,7 @@ APART = (
         "mutants.py",
         "similar.py",
         "figure.py",
+        "rivals.py",
         "leaderboard.py",
         "real.py",
         "courses.py",

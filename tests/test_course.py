@@ -130,9 +130,12 @@ def tree(tmp_path_factory):
 @pytest.mark.slow
 def test_the_students_tree_has_no_solutions_and_checks(tree):
     names = {path.name for path in tree.rglob("*")}
-    secret = "solutions solution.py wrong.toml real.toml oral.md grading.py LECTURERS.md FACTS.md .git"
+    secret = "solutions solution.py wrong.toml real.toml oral.md grading.py rivals.py LECTURERS.md FACTS.md .git"
     assert not names & set(secret.split())
     assert names >= {"setup.cfg", "pyproject.toml", "LICENSE", "rings.py", "place.comp", "alpine.png"}
+    code = {path: path.read_text(encoding="utf-8") for path in tree.glob("course/**/*.py")}
+    tables = [path for path, text in code.items() if re.search(r"cumsum\(.*\)\.cumsum", text)]  # lessons 3 and 4
+    assert len(code) > 60 and tables == []
     pages = {path: path.read_text(encoding="utf-8") for path in tree.rglob("*.md")}
     links = [(path, link) for path, text in pages.items() for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)]
     here = [(path, link) for path, link in links if "://" not in link]

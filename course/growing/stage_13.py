@@ -1,6 +1,6 @@
 # Lesson 13: rings around the eye; tables say how coarse each square may be. Squares of unlike spacing leave cracks.
 
-TILE_LIMITS = 8192 * 2.0 ** (-(np.arange(64) + 1) / 5)
+TILE_LIMITS = class_limits(8192.0, 64, 5)
 
 
 def level_tables(heights):
@@ -12,8 +12,7 @@ def level_tables(heights):
         errors = np.array(
             [cut_error(heights[y * n : y * n + n + 1, x * n : x * n + n + 1]) for y, x in np.ndindex(shape)]
         )
-        above = errors.reshape(shape) > TILE_LIMITS[:, None, None]
-        found[j] = np.pad(above.cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0))).astype(np.uint8)
+        found[j] = class_tables(errors.reshape(shape), TILE_LIMITS).astype(np.uint8)
     return found
 
 

@@ -144,6 +144,5 @@ def boxes(student, rng):
 def shaders(student, rng):
     """Run the student's shaders over rows, then over columns."""
     texts = student.shaders()
-    yield from prefix_sums(
-        student, texts, [words(rng, 70, 64), words(rng, int(rng.integers(65, 200)), int(rng.integers(65, 300)))]
-    )
+    maps = words(rng, 70, 64), words(rng, int(rng.integers(65, 200)), int(rng.integers(65, 300)))
+    yield from prefix_sums(student, texts, [(values, true_table(values)) for values in maps])

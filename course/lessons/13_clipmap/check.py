@@ -91,8 +91,14 @@ def level_of(rng, rows, cols):
     errors = 300 * 2.0 ** -rng.uniform(0, 7, (rows, cols))
     errors[rows // 3 :, cols // 3 :] *= 2.0 ** -rng.uniform(2, 5)
     errors[rng.random(errors.shape) < 0.03] = 390.0
+    return errors, counted(errors)
+
+
+@private
+def counted(errors):
+    """The tables that count the tiles above each limit."""
     above = errors > LIMITS[:, None, None]
-    return errors, np.pad(above.cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0))).astype(np.uint8)
+    return np.pad(above.cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0))).astype(np.uint8)
 
 
 @private
