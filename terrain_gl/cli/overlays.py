@@ -14,6 +14,7 @@ from ..renderer.draped import is_on_map
 from ..renderer.names import Label
 from ..renderer.options import FrameOptions
 from ..renderer.overlay import LABEL, Overlay, painted, read_overlay
+from ..renderer.photos import photo_in
 from . import options, report, values
 from .records import Drawn, LaidOptions
 
@@ -44,7 +45,7 @@ def with_ground(asked: Drawn) -> Drawn:
     """The options, with an overlay that is a picture as the picture of the ground: there may be only one."""
     asked = replace(asked, frame=_in_metres(asked.frame))
     frame, laid = asked.frame, asked.laid
-    pictures = tuple(path for path in laid.overlay if os.path.splitext(path)[1].lower() in PICTURES)
+    pictures = tuple(path for path in laid.overlay if _is_ground(path))
     grounds = [path for path in (*pictures, frame.material, frame.drape) if path]
     if len(grounds) > 1:
         raise UsageError("--overlay: at most one picture of the ground, and not together with --material or --drape")
@@ -60,6 +61,11 @@ def with_ground(asked: Drawn) -> Drawn:
     own = {"material": None, "drape": ground} if has_values else {"material": ground}
     lines = replace(laid, overlay=tuple(path for path in laid.overlay if path not in pictures))
     return replace(asked, frame=replace(frame, **own), laid=lines)
+
+
+def _is_ground(path: str) -> bool:
+    """Whether an overlay is a picture of the ground; a photo with a place is not."""
+    return os.path.splitext(path)[1].lower() in PICTURES and not photo_in(path)
 
 
 def _in_metres(frame: FrameOptions) -> FrameOptions:

@@ -16,6 +16,7 @@ from ..readers.georeference import DEGREES, flat_crs
 from ..readers.place import to_degrees
 from ..readers.refusals import step_for
 from . import tracks
+from .photos import photo_in
 
 MAX_BYTES = 1 << 28  # largest file
 LABEL = "name"  # the property of a point that is its name
@@ -79,10 +80,10 @@ def read_overlay(source: Any, heightmap: Heightmap, label: str = LABEL) -> Overl
     Parameters
     ----------
     source
-        The path of a file of GeoJSON, GPX, KML, KMZ, TCX, NMEA or IGC, a GeoJSON mapping, or any object with
-        `__geo_interface__`, such as a GeoDataFrame or a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless
-        it has a member "crs". The coordinates of an object are in its `crs`; without a `crs`, in the coordinates of the
-        map; if the map has no coordinates, in metres from its south-west post.
+        The path of a file of GeoJSON, GPX, KML, KMZ, TCX, NMEA or IGC, or of a photo with a place; a GeoJSON mapping;
+        or any object with `__geo_interface__`, such as a GeoDataFrame or a geometry of shapely. GeoJSON is in degrees
+        (RFC 7946), unless it has a member "crs". The coordinates of an object are in its `crs`; without a `crs`, in the
+        coordinates of the map; if the map has no coordinates, in metres from its south-west post.
     label
         The property of a point that is its name.
 
@@ -136,6 +137,8 @@ def _loaded(source: Any) -> tuple[str, Any, Any]:
 
 
 def _read(name: str) -> tuple[Any, Any]:
+    if photo := photo_in(name):
+        return photo, DEGREES
     try:
         with open(name, "rb") as file:
             text = file.read()

@@ -11,6 +11,7 @@ from typing import Any
 from ..renderer.draped import COLOURS
 from ..renderer.lines import Color
 from ..renderer.overlay import Overlay, paint_of, painted, read_overlay, read_paint
+from ..renderer.photos import photo_in
 from .image_reader import ImageReader
 from .loading import Opened, in_a_line
 from .painter import Painter
@@ -29,15 +30,12 @@ class Layer:
     colour: Color
     overlay: Overlay | None = None  # None for an image, and until the file is read
     is_shown: bool = True
+    is_image: bool = False  # whether it is the picture of the ground
     is_coloured: bool = False  # whether the user chose the colour; otherwise the file's own colours come first
 
     @property
     def name(self) -> str:
         return os.path.basename(self.path) or "overlay"
-
-    @property
-    def is_image(self) -> bool:
-        return self.path.lower().endswith(PHOTOS)
 
     @property
     def painted(self) -> Overlay:
@@ -106,8 +104,9 @@ class Layers:
 
     def add(self, path: str) -> None:
         """Show a file over the land, as soon as the map is there."""
-        layer = Layer(_absolute(os.path.expanduser(path.strip())), self._colour(len(self.layers)))
+        layer = self._of(_absolute(os.path.expanduser(path.strip())), len(self.layers))
         if layer.is_image:
+            self._scene.window.say(f"{layer.name} has no place (GPS): it is laid over the ground")
             self._drop_images()
             self._images.read("material", layer.path)
             self.layers.append(layer)
@@ -124,7 +123,7 @@ class Layers:
         if states is None or states == self.state:
             return
         known = {layer.path: layer for layer in self.layers if layer.path}
-        wanted = [known.pop(path, Layer(path, self._colour(0))) for path in (each["path"] for each in states)]
+        wanted = [known.pop(path, self._of(path, 0)) for path in (each["path"] for each in states)]
         for layer, each in zip(wanted, states, strict=True):
             layer.take(each)
         for layer in known.values():
@@ -202,6 +201,10 @@ class Layers:
     def _drop_images(self) -> None:
         """There is one ground image at a time."""
         self.layers = [layer for layer in self.layers if not layer.is_image]
+
+    def _of(self, path: str, number: int) -> Layer:
+        """A layer of a file; a photo without a place is a picture of the ground."""
+        return Layer(path, self._colour(number), is_image=path.lower().endswith(PHOTOS) and not photo_in(path))
 
     @staticmethod
     def _colour(number: int) -> Color:

@@ -5,6 +5,7 @@ import shlex
 
 import numpy as np
 import pytest
+from rasters import write_raster
 from viewers import hills, load, seen, settle, texts
 
 from terrain_gl.basics.exceptions import UsageError
@@ -13,6 +14,7 @@ from terrain_gl.cli.line import command_line
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.photos import photo_in
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.memory import Memory
 from terrain_gl.viewer.state import checked
@@ -120,7 +122,7 @@ def test_a_photo_is_a_layer_of_the_ground_and_a_file_that_is_none_is_not(app, tm
     app.viewer.settings.change(style="shaded")
     settle(app)
     plain = seen(app)
-    assert laid("photo.jpg") == ["photo.jpg"]
+    assert laid("photo.jpg") == ["photo.jpg"] and "no place (GPS)" in " ".join(app.viewer.window.said)
     red = seen(app)
     assert (red[..., 0] - red[..., 1]).mean() > (plain[..., 0] - plain[..., 1]).mean() + 10
     app.viewer.layers.toggle(app.viewer.layers.layers[0])
@@ -197,3 +199,54 @@ def test_the_copied_command_draws_the_layers(app, drop, run, tmp_path):
     plain = [word for i, word in enumerate(words) if "--overlay-colour" not in (word, words[i - 1])]
     assert run(*plain[1:])[0] == 0
     assert not np.array_equal(saved, load(tmp_path / "picture.png"))
+
+
+def write_photo(path, lon, lat, **tags):
+    """A JPEG file with GPS tags."""
+    oiio = pytest.importorskip("OpenImageIO")
+    spec = oiio.ImageSpec(16, 12, 3, "uint8")
+    for axis, angle, sides in (("Longitude", lon, "EW"), ("Latitude", lat, "NS")):
+        minutes = 60 * (abs(angle) % 1)
+        spec.attribute(f"GPS:{axis}Ref", sides[angle < 0])
+        parts = int(abs(angle)), int(minutes), 60 * (minutes % 1)
+        spec.attribute(f"GPS:{axis}", oiio.TypeDesc("float[3]"), parts)
+    for name, value in tags.items():
+        spec.attribute(f"GPS:{name}", oiio.TypeDesc("float"), value)
+    file = oiio.ImageOutput.create(str(path))
+    file.open(str(path), spec)
+    file.write_image(np.zeros((12, 16, 3), np.uint8))
+    file.close()
+
+
+@pytest.mark.slow
+def test_a_photo_with_a_place_is_a_marker_with_its_name_and_direction(app, run, tmp_path, monkeypatch):
+    pytest.importorskip("rasterio")
+    monkeypatch.chdir(tmp_path)
+    write_raster("hills.tif", hills().heights.astype("f4"))
+    lon, lat = 15.0081, 45.1475  # the middle of the map
+    write_photo("summit.jpg", lon, lat, ImgDirection=90.0)
+    heightmap = Heightmap.open("hills.tif")
+    opened = Opened(heightmap, Camera.default(heightmap), key="hills.tif", camera_given=True)
+    app.viewer.show(Renderer(heightmap, (320, 200), ctx=app.viewer.ctx), opened)
+    settle(app)
+    plain = picture(app)
+    app.drop("summit.jpg", 600, 300)
+    app.frame(app.viewer.window.now_s + 1)  # it begins to read
+    app.viewer.layers.join()
+    settle(app)
+    (layer,) = app.viewer.layers.layers
+    assert not layer.is_image and not app.viewer.settings.options.material
+    (col, row), line = layer.overlay.points[0], layer.overlay.lines[0]
+    assert line[0] == pytest.approx((col, row)) and line[-1][0] > col + 5  # to the east
+    assert "summit.jpg" in {label.name for label in app.viewer.painter.labels}
+    assert share(picture(app), layer.colour) > share(plain, layer.colour)
+    told = []
+    app.viewer.saver.line_of, app.viewer.saver.on_copy = command_line, told.append
+    app.press("p")
+    settle(app)
+    app.press("y")
+    assert run(*shlex.split(told[0])[1:])[0] == 0
+    assert np.array_equal(load("hills-001.png"), load("picture.png"))
+    write_photo("south.jpg", -lon, -lat)
+    (place,) = [each for each in photo_in("south.jpg")["features"]]
+    assert place["geometry"]["coordinates"] == pytest.approx([-lon, -lat], abs=1e-4)
