@@ -155,4 +155,6 @@ def _left_out(folder: str, names: list[str]) -> set[str]:
     top = Path(folder) == HERE.parent
     kept = {name for name in names if not top or name in HANDED_OUT}
     hidden = shutil.ignore_patterns(*APART)(folder, names)
+    if Path(folder) == HERE.parent / "docs":
+        hidden |= {"examples"}  # pages that the site's program writes
     return set(names) - kept | hidden
