@@ -5,8 +5,8 @@ the last one. pydelatin chooses them (`files.whole`) for the tolerance `max_erro
 tile's own level plane, so the curved ground counts, too. The tile is then rounded to float32, placed, and compared with
 *all* posts of the map under it (`files.tilesets`): this is its error.
 
-    rims     have every post of the lattice, so that tiles of one level meet exactly
-    skirts   hang from rims, as deep as any tile of another level is lower there: this is computed post by post
+    rims     have every post of the lattice, so that tiles of one level meet exactly (see `_with_rough_rim`)
+    skirts   hang from rims, deeper by a tolerance than any tile of another level is lower: computed post by post
     voids    a cell of the lattice with a void corner is left out
 """
 
@@ -44,6 +44,7 @@ from .whole import delaunay
 
 SIDE = 256  # cells of the lattice along a side of a tile
 _SHARES = 0.95, 0.5, 0.0  # of the tolerance, tried in turn for the finest tiles: new vertices on rims add to the error
+_ROUGH = 0.7  # of the tolerance: the mesher's rim is wrong by this; a post between two others is off by twice as much
 _PICTURE = "texture.npy"
 _RECORDS = ".records"  # folder of an unfinished tile set: a file for each tile that is whole
 
@@ -124,14 +125,15 @@ class Tiling:
         axes = self.system.axes(cols[len(cols) // 2], rows[len(rows) // 2], float(filled[inner].mean()))
         on_posts = np.stack(np.meshgrid(cols, rows), -1).reshape(-1, 2)
         near = self._near(axes, on_posts, filled.reshape(-1)).reshape(*filled.shape, 3)
-        posts, faces = delaunay(near[inner][..., 2].astype("f4"), tolerance_m)
+        posts, faces = delaunay(_with_rough_rim(near[inner][..., 2], _ROUGH * tolerance_m), tolerance_m)
         mesh = with_whole_rim(Mesh(posts, faces, filled[inner], (1.0, 1.0)))
         cut = cut_voids(mesh.posts, mesh.faces.astype(np.int64), mesh.tops_m(slice(None)), void)
         used, number = np.unique(cut.faces, return_inverse=True)
         if not len(used):
             return b"", {}
         posts, tops_m, faces = cut.posts[used], cut.heights_m[used], number.reshape(-1, 3)
-        of_rim_m, skirt_m = self._rims(key)
+        of_rim_m, lower_m = self._rims(key)
+        skirt_m = lower_m + self.max_error_m * 2**key.level  # about a pixel, which hides that renderers round places
         edges = self._between_tiles(key, posts, rim_of(faces), last)
         hanging, at = np.unique(edges, return_inverse=True)
         (a, b), (c, d) = edges.T, at.reshape(-1, 2).T + len(posts)
@@ -211,6 +213,17 @@ def _opened(source: tuple[str, Reading, Spacing | None], max_error_m: float, is_
     """The tiling of a map in a worker, which opens the map once for each run."""
     heightmap = StoredMap(source[0]) if is_store(source[0]) else open_map(*source)[0]
     return Tiling(heightmap, max_error_m, is_local, source)
+
+
+def _with_rough_rim(tops_m: np.ndarray, by_m: float) -> np.ndarray:
+    """Heights for the mesher, which then takes nearly all posts of the rim while it keeps triangles wide.
+
+    Vertices that are added later, by `with_whole_rim`, may be many between two of the mesher's. Their triangles are
+    then thinner than a pixel, and some renderers (SwiftShader) leave such triangles out.
+    """
+    rough = tops_m + by_m * (np.indices(tops_m.shape).sum(0) % 2 * 2 - 1)
+    rough[1:-1, 1:-1] = tops_m[1:-1, 1:-1]
+    return rough.astype("f4")
 
 
 def _cropped(picture: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, bytes]:
