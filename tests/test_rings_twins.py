@@ -152,7 +152,7 @@ class Watched(RingsSelector):
         if name == "agree" and uniforms["agreed"] == 0:
             data = self._buffers["blocks"].read()
             work = np.frombuffer(data, layout.RING_WORK, 1)[0]
-            self.rounds = [(int(each["count"]), int(each["groups"])) for each in work["round"]]
+            self.rounds = work["round"]["groups"].tolist()
             self.words = np.frombuffer(self._buffers["units"].read(), "u4").reshape(-1, 8, 8)
             self.blocks = np.frombuffer(data, layout.RING_BLOCK, offset=layout.RING_WORK.itemsize)
         super()._run(name, *args, **uniforms)
@@ -175,13 +175,14 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     watched, camera = Watched(scene.tables), cameras(scene.heightmap)[view]
     watched.select(camera, scene.size, scene.near_m, Goal(0.5, cull=False))
     places = [(i % (1 << d), i >> d, d, 0) for d in range(4) for i in range(4**d)]
-    blocks = watched.blocks[: sum(n for _, n in watched.rounds)]
+    blocks = watched.blocks[: sum(watched.rounds)]
     about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])
     asked = np.repeat(about, len(places), 0).astype("f4"), np.tile(places, (len(blocks), 1)).astype("f4")
     steps = ask(ctx, "lod/rings/squares.glsl", LOOK, asked[1], asked[0], offered=watched.of_passes)
     steps = steps[:, 0].reshape(len(blocks), -1).astype(int)
     seen = set()
-    for r, (first, n) in enumerate(watched.rounds):
+    for r, n in enumerate(watched.rounds):
+        first = sum(watched.rounds[:r])
         for b in range(first, first + n):
             unit_log2, words, squares = int(blocks["unit_log2"][b]), watched.words[b].astype(int), {}
             drawn = words != 0

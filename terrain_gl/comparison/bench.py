@@ -17,6 +17,7 @@ from ..renderer.brush import Brush, Sculptor
 
 _IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
 _IN_A_ROUND = 5  # frames in a row with the profiler, or without; the first frame after a change takes longer
+DABS, RADIUS_POSTS = 20, 64  # of `strokes`: at random places
 TINY = (16, 16)  # size of the picture whose time in Python is measured
 ENOUGH_S = 4.0  # a measurement that took this long is not repeated again
 
@@ -39,7 +40,7 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
 
 
 @in_session
-def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
+def strokes(renderer: Renderer) -> dict[str, Any]:
     """Time brush dabs at random places, and some in the middle of the map, where they change nodes of every level.
 
     The dabs are undone at the end. docs/stats.md describes the result.
@@ -50,22 +51,22 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     low, high = heightmap.range_m
     rng = np.random.default_rng(0)
     sculptor = Sculptor(renderer)
-    places = rng.random((count, 2)) * (east, north)
+    places = rng.random((DABS, 2)) * (east, north)
     # warm up: shaders are compiled before anything is timed
     sculptor.dab(Brush("raise", min(heightmap.spacing_m), 0.01), *places[0])
     times = []
     for i, place in enumerate([*places, *[(east / 2, north / 2)] * _IN_THE_MIDDLE]):
-        brush = Brush(("raise", "lower")[i % 2], radius_posts * max(heightmap.spacing_m), 0.02 * (high - low))
+        brush = Brush(("raise", "lower")[i % 2], RADIUS_POSTS * max(heightmap.spacing_m), 0.02 * (high - low))
         times.append(_ms(partial(sculptor.dab, brush, *place), finish))
     rebuild_ms = median(_repeat(lambda: _ms(partial(_rebuild, renderer), finish), 3))
     while sculptor.undo():
         pass
     sculptor.end()
-    elsewhere = times[:count]
-    middle = times[count:]
+    elsewhere = times[:DABS]
+    middle = times[DABS:]
     ms = {"median": median(elsewhere), "most": max(elsewhere), "middle": median(middle)}
     ratio = {name: value / rebuild_ms for name, value in ms.items()}
-    return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
+    return {"radius_posts": RADIUS_POSTS, "count": DABS, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
 
 
 @in_session

@@ -159,9 +159,10 @@ def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:
     return sum(float(square[exists & ~split].sum()) for exists, split, square in levels)
 
 
-def _at_budgets(
-    curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], enough: float = 0.998
-) -> tuple[np.ndarray, np.ndarray]:
+_ENOUGH = 0.998  # share of a budget that a tree must have, to end the search
+
+
+def _at_budgets(curve: Callable[[float], tuple[int, float]], triangles: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """The triangles and the squared error of the largest tree within each budget; triangles fall with log2 λ."""
     known = {at: curve(at) for at in (-60.0, 60.0)}
     found = []
@@ -169,10 +170,10 @@ def _at_budgets(
         for step in range(40):
             low = max(at for at, (n, _) in known.items() if n > budget or at == -60)
             high = min(at for at, (n, _) in known.items() if n <= budget or at == 60)
-            if high - low < 1e-3 or known[low][0] <= budget or enough * budget <= known[high][0] <= budget:
+            if high - low < 1e-3 or known[low][0] <= budget or _ENOUGH * budget <= known[high][0] <= budget:
                 break
             # regula falsi on log n over log λ; every third step bisects
-            too_many, few, aim = np.log2([known[low][0], max(1, known[high][0]), (1 + enough) / 2 * budget])
+            too_many, few, aim = np.log2([known[low][0], max(1, known[high][0]), (1 + _ENOUGH) / 2 * budget])
             part = np.clip((too_many - aim) / (too_many - few), 0.02, 0.98) if step % 3 else 0.5
             at = float(low + part * (high - low))
             known[at] = curve(at)

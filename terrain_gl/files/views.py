@@ -33,16 +33,17 @@ _STANDS_OUT = 0.4  # a summit stands out if it is this share of the relief above
 _NEARLY_ALL = 98  # percent of the blocks
 _SUMMIT = 0.2  # ratio of relief to extent, in the part around such a summit
 _TRIES = 64  # most places that are tried until the line of sight is free
+FOV_DEG = 45.0  # of a standard view
 Post = tuple[int, int]
 
 
-def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 45.0) -> Camera:
+def standard_view(heightmap: Heightmap, name: str = "default") -> Camera:
     """The camera of a standard view, one of `VIEWS`; on a very narrow map, the default view."""
     narrow = min(heightmap.rows, heightmap.cols) < 3
-    return VIEWS["default" if narrow else name](heightmap, fov_deg)
+    return VIEWS["default" if narrow else name](heightmap, FOV_DEG)
 
 
-def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+def overview(heightmap: Heightmap, fov_deg: float) -> Camera:
     """Look from the south over the part with the most relief. Its middle is in the picture, from top to bottom.
 
     The flatter the map, the smaller this part, so that relief is visible. If one summit stands out, such as a volcano,
@@ -80,7 +81,7 @@ def standard_sun(heightmap: Heightmap) -> tuple[float, float]:
     return SUN[0], float(round(min(max(elevation, _LOWEST_SUN), SUN[1])))
 
 
-def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+def valley(heightmap: Heightmap, fov_deg: float) -> Camera:
     """Look up from a low place at the highest visible place within an eighth of the map."""
     blocks = _Blocks(heightmap)
     rise = blocks.around(blocks.high, _REACH) - blocks.low
@@ -93,7 +94,7 @@ def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     return _look(heightmap, eye, (x, y, ground + 0.4 * (z - ground)), fov_deg)
 
 
-def ridge(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+def ridge(heightmap: Heightmap, fov_deg: float) -> Camera:
     """Look from a high place towards the lowest place within an eighth of the map, 8 degrees downwards."""
     blocks = _Blocks(heightmap)
     drop = blocks.high + blocks.around(-blocks.low, _REACH / 3)
@@ -106,7 +107,7 @@ def ridge(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     return _look(heightmap, eye, (x, y, stand[2] - down), fov_deg)
 
 
-def high(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+def high(heightmap: Heightmap, fov_deg: float) -> Camera:
     """Look down at the middle, 35 degrees below the horizon, from a third of the map away; further over high relief."""
     yaw, pitch = math.radians(15.0), math.radians(35.0)
     away = max(heightmap.extent_m) / 3 + (heightmap.range_m[1] - heightmap.range_m[0]) / math.sin(pitch)
@@ -148,7 +149,7 @@ def depth_below_ground(heightmap: Heightmap, camera: Camera) -> float:
     return max(0.0, ground_m - z) if math.isfinite(ground_m) else 0.0
 
 
-def straight_down(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+def straight_down(heightmap: Heightmap, fov_deg: float) -> Camera:
     """Look straight down at the middle, the whole map in the picture and north up."""
     width, depth = heightmap.extent_m
     top = heightmap.range_m[1]

@@ -21,17 +21,18 @@ MIE_KM = 1.2
 ASYMMETRY = 0.8  # of haze: g of the Henyey-Greenstein phase function
 GROUND_ALBEDO = np.array([0.16, 0.165, 0.15])
 EYE_KM = 1.0
+STEPS = 40  # along a ray
 COLOURFULNESS = 0.72  # three wavelengths alone make skies too blue and sunsets too red, so we mix in some grey
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
-def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
-    """Transmittance of sunlight through the air to an eye at a height, (3,): red, green, blue."""
-    h, mu = np.array([height_km]), np.array([math.sin(math.radians(elevation_deg))])
+def sunlight(elevation_deg: float) -> np.ndarray:
+    """Transmittance of sunlight through the air to the eye, (3,): red, green, blue."""
+    h, mu = np.array([EYE_KM]), np.array([math.sin(math.radians(elevation_deg))])
     return _transmittance(h, np.maximum(mu, _horizon(h)))[:, 0]
 
 
-def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE_KM, steps: int = 40) -> np.ndarray:
+def sky_radiance(directions: np.ndarray, sun: np.ndarray) -> np.ndarray:
     """Radiance of the clear sky without the sun's disc, for sunlight of irradiance 1 above the atmosphere.
 
     A ray that meets the ground ends there, and sees the light that the ground reflects. `directions` and the result are
@@ -39,7 +40,7 @@ def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE
     """
     # in parts, whose arrays fit into the processor's cache
     parts = np.array_split(directions, -(-directions[..., 0].size // _RAYS_AT_ONCE))
-    light = np.concatenate([_radiance(part, sun, height_km, steps) for part in parts])
+    light = np.concatenate([_radiance(part, sun) for part in parts])
     return COLOURFULNESS * light + (1 - COLOURFULNESS) * (light @ LUMINANCE)[..., None]
 
 
@@ -55,16 +56,16 @@ def spread(count: int) -> np.ndarray:
 # Below, h are heights in km and mu sines of elevations, both of any shape; results per colour are (3, *shape).
 
 
-def _radiance(directions: np.ndarray, sun: np.ndarray, height_km: float, steps: int) -> np.ndarray:
+def _radiance(directions: np.ndarray, sun: np.ndarray) -> np.ndarray:
     """Radiance along rays, before grey is mixed in. The air along a ray depends on its elevation alone."""
     mu = directions[:, :1, 2]
     cosine = (directions @ sun)[..., None]
-    reach, grounded = _reach(height_km, mu)
-    s = ((np.arange(steps) + 0.5) / steps) ** 2  # short steps near the eye, where the air is dense
-    widths = np.diff(((np.arange(steps + 1)) / steps) ** 2) * reach[..., None]  # (rows, 1, steps)
+    reach, grounded = _reach(EYE_KM, mu)
+    s = ((np.arange(STEPS) + 0.5) / STEPS) ** 2  # short steps near the eye, where the air is dense
+    widths = np.diff((np.arange(STEPS + 1) / STEPS) ** 2) * reach[..., None]  # (rows, 1, steps)
     t = s * reach[..., None]
-    radius = np.sqrt((EARTH_KM + height_km) ** 2 + t * t + 2 * (EARTH_KM + height_km) * mu[..., None] * t)
-    mu_sun = np.clip(((EARTH_KM + height_km) * sun[2] + t * cosine) / radius, -1, 1)  # (rows, columns, steps)
+    radius = np.sqrt((EARTH_KM + EYE_KM) ** 2 + t * t + 2 * (EARTH_KM + EYE_KM) * mu[..., None] * t)
+    mu_sun = np.clip(((EARTH_KM + EYE_KM) * sun[2] + t * cosine) / radius, -1, 1)  # (rows, columns, steps)
     h = np.clip(radius - EARTH_KM, 0, _HEIGHTS)
     extinction = _extinction(h)
     depth = extinction * widths
@@ -161,12 +162,13 @@ def _lookup(table: np.ndarray, h: np.ndarray, mu: np.ndarray) -> np.ndarray:
 
 
 @cache
-def _transmittance_table(steps: int = 60) -> np.ndarray:
+def _transmittance_table() -> np.ndarray:
     h, mu = np.meshgrid(*_axes(_SIZE), indexing="ij")
     mu = np.maximum(mu, _horizon(h))  # below the horizon, use the value at the horizon
     r = EARTH_KM + h
     reach = -r * mu + np.sqrt(np.maximum(0, (r * mu) ** 2 - r * r + TOP_KM**2))
     depth = np.zeros((3, *h.shape))
+    steps = 60
     for k in range(steps):
         t = reach * ((k + 0.5) / steps) ** 2
         height = np.sqrt(r * r + t * t + 2 * r * mu * t) - EARTH_KM
@@ -175,10 +177,10 @@ def _transmittance_table(steps: int = 60) -> np.ndarray:
 
 
 @cache
-def _often_table(directions: int = 40, steps: int = 20) -> np.ndarray:
+def _often_table() -> np.ndarray:
     """Hillaire's geometric series: each time, a share f of the light L is scattered again; the sum is L / (1 - f)."""
     heights, mus = _axes(_OFTEN_SIZE)
-    rays = spread(directions)
+    rays, steps = spread(40), 20
     z = rays[:, 2]
     table = np.zeros((3, *_OFTEN_SIZE))
     for row, height in enumerate(np.minimum(heights, _HEIGHTS - 0.1)):

@@ -88,7 +88,7 @@ class Draped(NamedTuple):
         return np.concatenate([colours, self.covered[..., None]], -1).astype("f2")
 
 
-def read_values(path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE) -> Draped:
+def read_values(path: str, onto: Georeference | None = None) -> Draped:
     """Values of a raster of one band, placed as `read_ground` places pictures; voids are left out.
 
     Voids are found as in maps: by NaN, the no-data value, a mask or an alpha band, and values that many programs write.
@@ -106,9 +106,9 @@ def read_values(path: str, onto: Georeference | None = None, most_side: int = MO
                 if _bands(raster) != 1:
                     raise TerrainError(f"{name}: has {raster.count} bands, but values need one: use --material")
                 scaled = partial(_weighted, scale=raster.scales[0], offset=raster.offsets[0])
-                sums = _resampled(raster, name, onto, most_side, (1,), scaled, voids=_undeclared(raster))
+                sums = _resampled(raster, name, onto, MOST_SIDE, (1,), scaled, voids=_undeclared(raster))
     if sums is None:
-        sums = _whole(path, name, most_side)
+        sums = _whole(path, name)
     covered = sums[..., 1]
     if not covered.any():
         raise TerrainError(f"{name}: has no values on the map")
@@ -136,7 +136,7 @@ def _weighted(pixels: np.ndarray, covered: np.ndarray, scale: float = 1.0, offse
     return np.concatenate([np.where(covered > 0, values, 0) * covered, covered], -1)
 
 
-def _whole(path: str, name: str, most_side: int) -> np.ndarray:
+def _whole(path: str, name: str) -> np.ndarray:
     """Sums of values of a raster that covers the map from edge to edge."""
     raster = open_raster(path)
     if raster.colours != 1:
@@ -145,7 +145,7 @@ def _whole(path: str, name: str, most_side: int) -> np.ndarray:
     values = read_heights(raster)
     values = without(values, undeclared_voids(values, (1.0, 0.0))[0])[..., None]
     rows, cols, _ = values.shape
-    n = -(-max(rows, cols) // most_side)
+    n = -(-max(rows, cols) // MOST_SIDE)
     sums = np.zeros((-(-rows // n), -(-cols // n), 2), "f4")
     added_to(sums, 0, n, _weighted(values, np.ones_like(values)))
     return mean_of(sums, rows, cols, n, "f4")

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Camera
-from ..files.views import VIEWS
+from ..files.views import FOV_DEG, VIEWS
 from ..heightmap import ground_m
 from ..renderer.options import FrameOptions
 from ..renderer.overlay import read_paint
@@ -103,7 +103,7 @@ def camera_of(scene: Scene, view: Any) -> Camera:
         return _beside(scene, **view)
     if not isinstance(view, str):
         return scene.drawn_pose(Pose.read(view)).camera
-    named = scene.opened.camera if view == FIRST else VIEWS[view](scene.heightmap.coarse(), 45.0)
+    named = scene.opened.camera if view == FIRST else VIEWS[view](scene.heightmap.coarse(), FOV_DEG)
     return scene.of_view(named)
 
 

@@ -59,7 +59,7 @@ void ask(int first, int k) {
 }
 
 void main() {
-    int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
+    int thread = int(gl_LocalInvocationIndex), b = first_of_round(u_round) + int(gl_WorkGroupID.x);
     if (u_round == 0) b = int(listed[b].seen_block);
     take_block(b_block[b]);
 #ifdef PAGED

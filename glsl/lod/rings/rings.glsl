@@ -54,8 +54,8 @@ struct Work {
 };
 
 layout(std430, binding = 0) buffer Blocks {
-    Work b_round[3];  // blocks of each round of lod/rings/decide.comp; `count`: blocks of earlier rounds
-    Work b_seen;      // blocks of the rings that may have a leaf: lod/rings/cull.comp; only `groups` is used
+    Work b_round[3];  // blocks of each round of lod/rings/decide.comp, one a group; `count` is not used
+    Work b_seen;      // blocks of the rings that may have a leaf: lod/rings/cull.comp; likewise
     Work b_all;       // blocks of all rounds; `count` may exceed u_most_blocks: then the view is chosen again
     Work b_leaves;    // all leaves: lod/rings/count.comp
     Work b_queue[8];  // leaves that round r of lod/rings/agree.comp handles, at index r modulo 8
@@ -68,6 +68,7 @@ layout(std430, binding = 1) buffer Units { uint unit_word[]; };
 uniform int u_agreed;  // finished rounds of lod/rings/agree.comp
 
 int plane(int round_) { return (round_ & 1) * UNITS * u_most_blocks; }
+int first_of_round(int r) { return int((r > 0 ? b_round[0].groups : 0u) + (r > 1 ? b_round[1].groups : 0u)); }
 int blocks_in_all() { return min(int(b_all.count), u_most_blocks); }
 
 // A leaf's word: log2 of its side in units, and log2 of the posts between its vertices.

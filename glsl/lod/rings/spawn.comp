@@ -20,7 +20,7 @@ void spawn(int id, int child) {
 
 void main() {
     if (b_round[u_round + 1].groups == 0u) return;
-    int thread = int(gl_LocalInvocationIndex), first = int(b_round[u_round].count), n = int(b_round[u_round].groups);
+    int thread = int(gl_LocalInvocationIndex), first = first_of_round(u_round), n = int(b_round[u_round].groups);
     int stretch = (n + SCANNERS - 1) / SCANNERS, from = min(thread * stretch, n), end = min(from + stretch, n);
     uint units = 0u;
     for (int id = UNITS * (first + from); id < UNITS * (first + end); id++) units += unit_word[id] >> 31;
@@ -29,6 +29,6 @@ void main() {
         if ((unit_word[id] & IS_BLOCK) != 0u) spawn(id, child++);
     if (thread > 0) return;
     int children = int(sum_of_all()), room = max(u_most_blocks - first - n, 0);
-    b_round[u_round + 1] = Work(uint(min(children, room)), 1u, 1u, uint(first + n));
+    b_round[u_round + 1] = Work(uint(min(children, room)), 1u, 1u, 0u);
     b_all.count = max(b_all.count, uint(first + n + children));
 }
