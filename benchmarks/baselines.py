@@ -36,6 +36,7 @@ REAL = {
     "N37W123.hgt": {"spacing_m": (73, 93)},
 }
 LARGE = ("canyon", "alpine")  # from a ridge alone: a mesh of every post has millions of triangles from outside
+VIEWS = "ridge", "default"
 BUNDLED = ("canyon-15m", "alpine-30m", *LARGE)
 KEPT = ("triangles", "max_error_px", "rms_error_px", "image_rmse", "flip", "skyline_px", "max_skyline_px", "ms")
 
@@ -126,7 +127,7 @@ def cases(folder):
     opened |= {name: lambda name=name: open_map(name)[0] for name in BUNDLED}
     maps = [
         Case(folder, f"{view}-{name}", open_it, view, (640, 360))
-        for view in ("ridge", "default")
+        for view in VIEWS
         for name, open_it in opened.items()
         if view == "ridge" or name not in LARGE
     ]
@@ -152,15 +153,16 @@ def budgets_of(case):
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def error_rows(found):
-    """Rows: RMS screen errors of all methods at equal triangles, and ratios of errors."""
+def error_rows(found, view):
+    """Rows of a view: RMS screen errors of all methods at equal triangles, and ratios of errors."""
     ours, methods = "sat", compare.COMPARED
-    rows = [["view and map", "triangles", *methods, *(f"{m} / {ours}" for m in BASELINES)]]
-    for case in found:
+    rows = [[f"{view}, map", "triangles", *methods, *(f"{m} / {ours}" for m in BASELINES)]]
+    for case in (case for case in found if case.name.startswith(view)):
         for triangles in budgets_of(case):
             px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
             ratios = [*(ratio(px[m], px[ours]) for m in BASELINES)]
-            rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), *ratios]]
+            name = Path(case.name.removeprefix(f"{view}-")).stem
+            rows += [[name, f"{triangles:,}", *map(shown, px.values()), *ratios]]
     return rows
 
 
@@ -212,11 +214,11 @@ def main(folder, *parts):
         print(f"[{'#' * (30 * i // len(todo)):<30}] {part} {case.name}", file=sys.stderr, flush=True)
         work(part, case)
     for part in parts or known:
-        names, *rows = (picture_rows if part == "pictures" else error_rows)(known[part])
-        print(f"\n## {part}")
-        head(*names)
-        for cells in rows:
-            row(*cells)
+        tables = [error_rows(known[part], view) for view in VIEWS] if part == "maps" else [picture_rows(known[part])]
+        for names, *rows in tables:
+            head(*names)
+            for cells in rows:
+                row(*cells)
     write_errors([case for case in known["maps"] if "full" in case.known], folder / "screen_error.csv")
 
 

@@ -24,6 +24,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from table import head, row
+
 from terrain_gl.basics.replacing import replacing
 
 ROOT = Path(__file__).parents[1]
@@ -90,13 +92,14 @@ def cell(result: dict[str, Any] | None) -> str:
 
 def write_table(results: dict[str, dict[str, Any]], drivers: list[str]) -> None:
     """Print the table, then why tests were skipped or failed: one line a reason, with all drivers that gave it."""
-    print(f"| file | {' | '.join(drivers)} |\n|---|{'---|' * len(drivers)}")
+    head("file", *drivers)
     for file, found in results.items():
-        print(f"| {Path(file).stem} | {' | '.join(cell(found.get(driver)) for driver in drivers)} |")
+        row(Path(file).stem.removeprefix("test_"), *(cell(found.get(driver)) for driver in drivers))
     of = {driver: [found[driver] for found in results.values() if driver in found] for driver in drivers}
     for word, kind in (("passed", "passed"), ("failed", "failed")):
-        print(f"| {word} | {' | '.join(str(sum(r['counts'].get(kind, 0) for r in of[d])) for d in drivers)} |")
-    print(f"| seconds | {' | '.join(str(sum(r['seconds'] for r in of[d])) for d in drivers)} |\n")
+        row(word, *(sum(r["counts"].get(kind, 0) for r in of[driver]) for driver in drivers))
+    row("seconds", *(sum(r["seconds"] for r in of[driver]) for driver in drivers))
+    print()
     reasons: dict[str, list[str]] = {}
     for file, found in results.items():
         for driver in drivers:

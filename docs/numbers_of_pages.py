@@ -18,9 +18,10 @@ A table that a benchmark prints has a block that names the benchmark's command:
     ...
     <!-- end of printed: commit, date, driver -->
 
-`--benchmarks` runs these commands, and takes from what they print the table with the same first line. That takes
-hours, and times need a quiet machine. With a word, only the commands that have it are run, and nothing else. Where a
-command fails, its tables stay as they are.
+Such tables are in the pages, in CONTRIBUTING.md and in the README of benchmarks/open. `--benchmarks` runs these
+commands, and takes from what they print the table with the same first line. That takes hours, and times need a quiet
+machine. With a word, only the commands that have it are run, and nothing else. Where a command fails, its tables stay
+as they are.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ from typing import NamedTuple
 import numpy as np
 
 import terrain_gl as tg
+from terrain_gl.camera.rounding import rounding_px
 from terrain_gl.comparison import compare, curves
 from terrain_gl.comparison.likeness import flip_map
 from terrain_gl.files.generate import Land, generate
@@ -77,6 +79,7 @@ GENERATED = {  # `terrain-gl generate`
 }
 BASELINES = ("clipmap", "tessellated")
 BUDGET = 20_000
+DEPTHS = {"≥ 10 posts": 10.0, "the near plane": 0.1, "far away": 1e9}  # in spacings
 BUDGETS = (50, 200, 1000, 5000, 20_000, 100_000)
 Key = tuple[str, ...]
 
@@ -238,6 +241,18 @@ def whole_mesh(name: str) -> list[str]:
     return [f"{stats['triangles']:,}", *(f"{stats[key]:.4g}" for key in keys)]
 
 
+def rounding(picture: str, at: str) -> list[str]:
+    """The bound of precision.md for a vertex at the corner of a picture, rounded up to two digits."""
+    size, fov = picture.removesuffix("°").split(", ")
+    width, height = map(int, size.split(" × "))
+    camera = tg.Camera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), float(fov))
+    depth = DEPTHS[at]
+    away = depth * np.hypot(1.0, np.hypot(*camera.half_extent((width, height))))
+    (bound,) = rounding_px(camera, (width, height), (1.0, 1.0), np.array([away]), np.array([depth]))
+    step = 10.0 ** (np.floor(np.log10(bound)) - 1)
+    return [f"{np.ceil(bound / step) * step:.2g} px"]
+
+
 def bytes_a_post(name: str, part: str) -> list[str]:
     """Bytes of a part of the tables on the GPU, for each post."""
     renderer = renderer_of(name, SIZE)
@@ -384,6 +399,25 @@ TABLES = (
         tuple((name, view) for name in (*BUNDLED, *REAL) for view in VIEWS),
         patches,
         (("alpine-30m", "ridge"),),
+    ),
+    Table(
+        "docs/precision.md",
+        "rounding",
+        ("picture", "vertex at", "bound"),
+        tuple(
+            (f"{size}, {fov}°", at)
+            for size, fov, at in (
+                ("1280 × 720", "45", "≥ 10 posts"),
+                ("1280 × 720", "45", "the near plane"),
+                ("7680 × 4320", "45", "≥ 10 posts"),
+                ("1280 × 720", "170", "≥ 10 posts"),
+                ("1280 × 720", "1", "far away"),
+                ("1280 × 720", "0.1", "far away"),
+                ("3840 × 2160", "0.1", "far away"),
+            )
+        ),
+        rounding,
+        (("1280 × 720, 45°", "the near plane"), ("3840 × 2160, 0.1°", "far away")),
     ),
     Table(
         "docs/performance.md",
@@ -564,6 +598,7 @@ def rewrite(table: Table) -> list[str]:
     return [f"{' '.join(key)}: {before.get(key)} -> {found[key]}" for key in found if found[key] != before.get(key)]
 
 
+PRINTED_IN = [*sorted(DOCS.glob("*.md")), DOCS.parent / "CONTRIBUTING.md", DOCS.parent / "benchmarks/open/README.md"]
 PRINTED = re.compile(
     r"<!-- printed: (?P<command>[^\n]*) -->\n(?P<table>(?P<head>\|[^\n]*)\n.*?)<!-- end of printed: [^\n]* -->",
     re.DOTALL,
@@ -613,7 +648,7 @@ def main() -> None:
         if args.page in (None, Path(table.page).stem) and args.table in (None, table.name):
             print("\n".join(rewrite(table)))
     if args.benchmarks is not None:
-        for page in sorted(DOCS.glob("*.md")):
+        for page in PRINTED_IN:
             if args.page in (None, page.stem):
                 print("\n".join(reprint(page, args.benchmarks)))
     if args.pictures:

@@ -50,7 +50,9 @@ WRONG = [
     ("--backend vulkan", "expected one of auto, egl, osmesa, glfw"),
     ("--json out.png", "two outputs"),
     ("--max 3", "unrecognized"),
-    ("extra", "unrecognized"),
+    ("--max-eror 3", "did you mean --max-error? (see terrain-gl shot --help)"),
+    ("--exagerate=3", "did you mean --exaggeration? (see terrain-gl shot --help)"),
+    ("extra", "unrecognized arguments: extra (see terrain-gl shot --help)"),
 ]
 
 

@@ -106,6 +106,8 @@ def test_the_runner_prints_a_table_and_our_losses(capsys, monkeypatch, tmp_path)
     ours = rows[0] | {"entry": "sat", "kept": 1.0}
     assert rows[1]["max_posts"] > 1 or rows[1]["triangles"] < ours["triangles"]
     assert any("bisection" in line for line in benchmark.losses([ours | {"mean": 9.0}, rows[1]]))
+    benchmark.print_losses([ours | {"mean": 2 * rows[1]["mean"], "max_jump": 0.0}, rows[1] | {"kept_posts": 0.5}])
+    assert capsys.readouterr().out.splitlines()[-1] == "| bisection | 0 | 0 | 1: 0.50 | 0 |"
     assert benchmark.losses([ours]) == []
 
 

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
+sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 import verify  # noqa: E402
+from table import head, row  # noqa: E402
 
 DUMP_BYTES = ("vertices", "<f8"), ("triangles", "<i4")
 
@@ -110,21 +111,43 @@ HEAD = {
 BETTER = {"max": "largest error", "mean": "mean error", "max_jump": "largest jump"}
 
 
-def table(rows):
-    """One line for each entry: means over the flights; largest errors, jumps and cracks of all of them."""
-    lines = [list(HEAD), ["---"] * len(HEAD)]
-    for entry in dict.fromkeys(row["entry"] for row in rows):
-        own = [row for row in rows if row["entry"] == entry]
-        columns = {key: [row[key] for row in own] for key in own[0]}
-        lines.append([entry, str(len(own)), *(text(columns) for text in HEAD.values() if text)])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+def print_figures(rows):
+    """Print a row for each entry: means over the flights; largest errors, jumps and cracks of all of them."""
+    head(*HEAD)
+    for entry in dict.fromkeys(each["entry"] for each in rows):
+        own = [each for each in rows if each["entry"] == entry]
+        columns = {key: [each[key] for each in own] for key in own[0]}
+        row(entry, len(own), *(text(columns) for text in HEAD.values() if text))
+
+
+LOST = {  # a column: what is compared, of which flights of the other entry
+    "fewer triangles, and all kept": ("triangles", lambda other: other["kept"] == 1),
+    "fewer triangles, kept at posts alone": ("triangles", lambda other: other["kept"] < 1 == other["kept_posts"]),
+    "smaller mean error": ("mean", lambda other: True),
+    "smaller largest jump": ("max_jump", lambda other: True),
+}
+
+
+def print_losses(rows, ours="sat"):
+    """Print in how many flights an entry is better than ours, and its least and largest share of our number there."""
+    own = {each["flight"]: each for each in rows if each["entry"] == ours}
+    head("entry", *LOST)
+    for entry in dict.fromkeys(each["entry"] for each in rows if each["entry"] != ours):
+        others = [each for each in rows if each["entry"] == entry and each["flight"] in own]
+        cells = []
+        for key, counts in LOST.values():
+            pairs = [(each[key], own[each["flight"]][key]) for each in others if counts(each)]
+            shares = sorted({f"{other / our:.2f}" for other, our in pairs if other < our})
+            lost = sum(other < our for other, our in pairs)
+            cells.append(f"{lost}: {' to '.join(dict.fromkeys((shares[0], shares[-1])))}" if lost else 0)
+        row(entry, *cells)
 
 
 def losses(rows, ours="sat"):
     """Where other entries are better than ours. Triangles are compared with those that keep what was asked, too."""
     lines = []
-    for own in (row for row in rows if row["entry"] == ours):
-        for other in (row for row in rows if row["flight"] == own["flight"] and row["entry"] != ours):
+    for own in (each for each in rows if each["entry"] == ours):
+        for other in (each for each in rows if each["flight"] == own["flight"] and each["entry"] != ours):
             better = {name: other[key] / own[key] for key, name in BETTER.items() if other[key] < own[key]}
             where = "" if other["kept"] == 1 else " (asked error kept at posts only)"
             if other["triangles"] < own["triangles"] and other["kept_posts"] == 1:
@@ -162,7 +185,8 @@ def main():
                     continue
                 rows.append(summary(entry, name, flight, verify.verify(folder), times))
             print(f"{name}: {entry}, {time.perf_counter() - started:.1f} s", file=sys.stderr, flush=True)
-    print(table(rows))
+    print_figures(rows)
+    print_losses(rows)
     if lost := losses(rows):
         print("\n".join(["", "Where sat loses:", *lost]))
     if args.json:

@@ -35,6 +35,15 @@ class Parser(argparse.ArgumentParser):
         """Print the error and exit with status 2."""
         self.exit(2, f"{self.prog}: {printable(message)} (see {self.prog} --help)\n")
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse; what a command doesn't know is refused by the command itself, with the option that is most like it."""
+        given, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            near = difflib.get_close_matches(unknown[0].split("=")[0], self._option_string_actions, n=1)
+            advice = f": did you mean {near[0]}?" if near else ""
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{advice}")
+        return given, unknown
+
     def format_help(self) -> str:
         """The short help: the command's own options and the common ones."""
         if not any(isinstance(action, HelpAll) for action in self._actions):
