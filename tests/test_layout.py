@@ -8,7 +8,7 @@ import pytest
 from terrain_gl import error, lod
 from terrain_gl.comparison import clipmap, tessellated
 from terrain_gl.gpu import layout, shaders
-from terrain_gl.light import gaussians, horizon, lobes
+from terrain_gl.light import atmosphere, gaussians, horizon, lobes
 
 UNIFORM_BLOCKS = {
     "View": (layout.VIEW, "blocks/view.glsl", 1),
@@ -153,6 +153,12 @@ TWICE = [
 @pytest.mark.parametrize("path, name, value", TWICE)
 def test_numbers_stated_twice_agree(path, name, value):
     assert glsl_number(path, name) == value
+
+
+def test_the_weights_of_colours_are_those_of_python():
+    text = (shaders.root() / "blocks" / "colour.glsl").read_text(encoding="utf-8")
+    weights = re.search(r"LUMINANCE = vec3\((.*)\);", text)[1].split(",")
+    assert [float(each) for each in weights] == atmosphere.LUMINANCE.tolist()
 
 
 def test_shared_sizes_are_stated_in_python_alone():
