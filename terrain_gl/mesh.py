@@ -2,7 +2,7 @@
 
 A patch is drawn as one vertex. The control shader sets the tessellation levels. The evaluation shader puts vertices on
 posts, and between posts where cells are cut (glsl/mesh/patch.tese). The last stage of every method ends with a call of
-put_vertex() or put_vertex_between() (glsl/mesh/vertex.glsl).
+put_vertex_between() (glsl/mesh/vertex.glsl).
 """
 
 from collections.abc import Mapping, Sequence

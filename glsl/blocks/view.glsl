@@ -55,6 +55,7 @@ vec2 post_from_eye_m(ivec2 post) {
 bool is_orthographic() { return PARALLEL; }
 // What x and y are divided by, at a view depth.
 float w_at(float z) { return is_orthographic() ? 1.0 : z; }
+float vertical_w() { return is_orthographic() ? 0.0 : u_forward.z; }  // v_w of lod/project.glsl
 
 // Distance of the near plane; depth is near_m() / z. An orthographic camera shows all land in front of the eye.
 float near_m() { return is_orthographic() ? 0.0 : u_clip_from_eye[3].z; }

@@ -1,14 +1,12 @@
 // error/coarse.glsl — large nodes are computed in two steps: one thread for each node of the last fine level under it,
-//   then all of these fine nodes together.
-//   Their contributions are kept for every coarse level, so an edit only recomputes those that it touches.
-//   The picture shows a node of 4 × 2 fine nodes. The last fine node of a row or column, or the last one on the map,
-//   also has the posts of the node's far edge:
+//   then all of these fine nodes together. Their contributions are kept for every coarse level, so an edit only
+//   recomputes those that it touches. The picture shows a node of 4 × 2 fine nodes. The last fine node of a row or
+//   column, or the last one on the map, also has the posts of the node's far edge:
 //      ┌──┬──┬──┬───┐
 //      ├──┼██┼──┼───┤
 //      └──┴──┴──┴───┘
 //   Positive floats compare like their bits, and sums are integers. So the order of the threads does not matter.
-// Provides Gathered, contribution[], contribution_index(), cut_edge[], has_changed[], cut_index(),
-// fine_in_node().
+// Provides Gathered, contribution[], contribution_index(), cut_edge[], has_changed[], cut_index(), fine_in_node().
 // Python twin: reference.cut_errors
 
 #include "error/cells.glsl"

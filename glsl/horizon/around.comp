@@ -1,8 +1,7 @@
 // horizon/around.comp — the height of the horizon towards a light,
-//   at the posts of a page of a store and a few posts around it.
-//   As in horizon/sweep.comp, one thread marches along one line.
-//   But a line begins far outside the page, in the coarsest window (terrain_gl/pages/windows.py),
-//   and goes on in finer ones:
+//   at the posts of a page of a store and a few posts around it. As in horizon/sweep.comp, one thread marches along one
+//   line. But a line begins far outside the page, in the coarsest window (terrain_gl/pages/windows.py), and goes on in
+//   finer ones:
 //
 //      light ←   ·       ·       ·   ·   ·   · · · · · · · · p p p p p
 //                window 2        window 1    window 0        the page

@@ -1,9 +1,7 @@
 // horizon/hull.glsl — the horizon of each point of a line that runs away from a light.
-//   One thread marches along one line.
-//   Only a point of the upper convex hull of the points that a line has passed can be the horizon of the next point
-//   (Timonen and Westerholm 2010, "Scalable height field self-shadowing"). The tangent from the new point to the hull
-//   gives the horizon.
-//   All hull points below the tangent are removed for good.
+//   One thread marches along one line. Only a point of the upper convex hull of the points that a line has passed can
+//   be the horizon of the next point (Timonen and Westerholm 2010, "Scalable height field self-shadowing"). The tangent
+//   from the new point to the hull gives the horizon. All hull points below the tangent are removed for good.
 //
 //      light ←      q₂                        horizon(p) = direction of q₁, because q₂ is lower in the sky than q₁
 //            ·   ▟███▙    q₁                  the hull behind p is now p → q₁ → …, and q₀ is forgotten

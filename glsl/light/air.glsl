@@ -1,7 +1,6 @@
 // light/air.glsl — aerial perspective: the air between eye and land absorbs light and adds light.
-//   The land's light is multiplied by e^(−t). t grows with the way through the air, and is largest for blue.
-//   The added light is that of the sky near the horizon in the same direction.
-//   So land far away fades into the sky behind it.
+//   The land's light is multiplied by e^(−t). t grows with the way through the air, and is largest for blue. The added
+//   light is that of the sky near the horizon in the same direction. So land far away fades into the sky behind it.
 // Provides hazed().
 
 #include "light/dome.glsl"

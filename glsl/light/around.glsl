@@ -1,7 +1,6 @@
 // light/around.glsl — the light of the map's surroundings (shade/edge.glsl):
-//   its cut sides, the plain, the sea, the sky.
-//   They are lit like open ground: without shadows, by the whole sky.
-//   The block of the map hides a part of the light from the plain around it.
+//   its cut sides, the plain, the sea, the sky. They are lit like open ground: without shadows, by the whole sky. The
+//   block of the map hides a part of the light from the plain around it.
 // Provides sky_colour() where EDGE is not 0.
 
 #include "shade/edge.glsl"
@@ -55,7 +54,6 @@ vec3 plain_light(vec2 at_m, vec3 towards_eye) {
 // for an eye at the height h. On a flat Earth the slope is 0, and there is no limb.
 float limb_root(float factor) { return sqrt(max(-up_from_eye_m(u_edge_m), 0.0) * factor); }
 
-// The sky just above the limb.
 vec3 low_sky(vec3 direction) { return sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy)))); }
 
 // The sky of the dome ends at the horizontal. Near the limb it is drawn lower, so that it reaches the limb.

@@ -1,8 +1,7 @@
 // light/lean.glsl — facets that face the eye cover more of the pixel than others.
 //   A facet with slope s and normal n has the weight w(s) = max(o·n, 0) / n_z = max(o_z − o_h·s, 0)
-//   in the picture; o is the direction to the eye, o_h its horizontal part (Dupuy et al. 2013, equation 6).
-//   Let slopes be Gaussian with mean s̄ and variance σ² along each axis.
-//   Φ and φ are the normal distribution and its density.
+//   in the picture; o is the direction to the eye, o_h its horizontal part (Dupuy et al. 2013, equation 6). Let slopes
+//   be Gaussian with mean s̄ and variance σ² along each axis. Φ and φ are the normal distribution and its density.
 //   With ς = σ |o_h| and t = (o_z − o_h·s̄) / ς, the best linear approximation of w is, by Stein's lemma:
 //     w(s) ≈ W (1 − lean · (s − s̄)),    lean = o_h Φ(t) / W,    W = ς (t Φ(t) + φ(t))
 //   So a mean over the picture is the mean over the map minus lean · the covariance with the slope.

@@ -1,7 +1,6 @@
 // light/merged.glsl — means of the ground's lobes over any footprint (C.3), from summed-area tables:
-//   see light/lobes.glsl.
-//   Sums are bilinear between texels, so means are continuous in the footprint.
-//   So light and albedo of a footprint are means over the map itself, and do not depend on the mesh.
+//   see light/lobes.glsl. Sums are bilinear between texels, so means are continuous in the footprint. So light and
+//   albedo of a footprint are means over the map itself, and do not depend on the mesh.
 // Provides merged_over().   Python twin: reference.box_mean
 
 #include "light/lobes.glsl"

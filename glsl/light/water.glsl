@@ -17,7 +17,6 @@
 // Share of the light that is absorbed per metre; share of the light from above that is scattered.
 const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);
 
-// The view depth at which a ray meets the water from above; negative if it does not.
 float water_depth(Ray ray) { return plane_depth(ray, u_water_m); }
 
 // The share of the sun's disc that is visible from the water, at a place in posts that may lie beyond the map.

@@ -39,8 +39,6 @@ Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
         vec3(high, up_from_eye_m(range_m.y) - drop_m(nearest)));
 }
 
-float vertical_w() { return is_orthographic() ? 0.0 : u_forward.z; }  // v_w
-
 vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
 
 // Bounds the rounding errors of `beyond`, at a place whose coordinates have the errors `slack`.

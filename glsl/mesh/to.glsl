@@ -1,9 +1,8 @@
 // mesh/to.glsl — where a method's vertices go. TO names the destination:
 //   PICTURE   the picture; the vertex also has its place on the map, for shading
 //   ABOVE     a view from straight above with PLACES pixels for each post, one tile of the map at a time:
-//             mesh/error.frag measures it. The rasteriser gives a place on an edge to only one triangle, and gives
-//             some places on the map's rims to none. u_flip mirrors the picture: each rim is covered in one of four
-//             draws.
+//             mesh/error.frag measures it. The rasteriser gives a place on an edge to only one triangle, and gives some
+//             places on the map's rims to none. u_flip mirrors the picture: each rim is covered in one of four draws.
 //   CAPTURE   a buffer, for the mesh export
 // Provides PICTURE, ABOVE, CAPTURE, TO, and is_beside().
 

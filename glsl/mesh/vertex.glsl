@@ -1,6 +1,5 @@
 // mesh/vertex.glsl — writes a vertex, from its post and its height, to the destination that mesh/to.glsl names.
-// Provides put_vertex() and put_vertex_between(): one of them is called in the last line of every method's last stage
-// before the rasteriser.
+// Provides put_vertex_between(), which every method's last stage before the rasteriser calls in its last line.
 
 #include "mesh/patch.glsl"
 #include "mesh/to.glsl"
@@ -48,5 +47,3 @@ void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
 }
 
 #endif
-
-void put_vertex(ivec2 post, float h_m, Patch p) { put_vertex_between(post, vec2(0.0), h_m, p); }

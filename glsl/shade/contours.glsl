@@ -31,7 +31,6 @@ float contour_cover(float level, float rise, float width_px) {
     return clamp(0.5 * width_px + 0.5 - aside_px, 0.0, 1.0) * (1.0 - smoothstep(DENSE, DENSEST, rise));
 }
 
-// Height of the place that a sample sees.
 float height_of_sample_m(int i) {
     vec3 at_m = place_of_sample_m(i, texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x);
     precise float h_m = (at_m.z + drop_m(at_m.xy) + u_eye_z_rest_m) + u_eye_z_m;

@@ -63,10 +63,9 @@ vec3 bump(ivec2 at, vec2 t) {
     return vec3(du * (vec2(b - a, c - a) + twist * u.yx), a + (b - a) * u.x + (c - a) * u.y + twist * u.x * u.y - 0.5);
 }
 
-// The share of value noise that is seen in a footprint of w × h grains.
-// The best estimate (least squares) of the mean over it is the value at its centre
-// times 1 / (1 + w²/7.4) / (1 + h²/7.4).
-// The Gaussian used here is nearly equal for small footprints, and reaches 0.
+// The share of value noise that is seen in a footprint of w × h grains. The best estimate (least squares) of the mean
+// over it is the value at its centre times 1 / (1 + w²/7.4) / (1 + h²/7.4). The Gaussian used here is nearly equal for
+// small footprints, and reaches 0.
 float seen_noise(vec2 grains) { return max(1.03 * exp(-0.125 * dot(grains, grains)) - 0.03, 0.0); }
 
 // Value noise with mean 0, averaged over a footprint.
@@ -82,9 +81,8 @@ float patchiness(vec2 post, vec2 extent) {
            0.3 * noise(post, 1.1, extent) + 0.2 * noise(post, 0.31, extent);
 }
 
-// Layers of rock at the same heights everywhere.
-// Layers that are thin compared with the footprint fade early,
-// because the height of a footprint's centre is not accurate on cliffs.
+// Layers of rock at the same heights everywhere. Layers that are thin compared with the footprint fade early, because
+// the height of a footprint's centre is not accurate on cliffs.
 float strata(float up_m, float footprint_m) {
     float sum = 0.0;
     for (float thick_m = 145.0; thick_m > 2.0; thick_m /= 2.7)

@@ -16,15 +16,14 @@ vec4 colour_of_pixel() {
     vec3 sum = pixel_colour();
     return ground_share() > 0.0 ? vec4(sum / ground_share(), 1.0) : vec4(vec3(1.0 / 0.0), 0.0);
 }
+
+vec3 sky_colour(Ray ray) { return vec3(0.0); }
 #else
 vec3 ground_colour(Ground g, int sample_) {
     float half_m = 0.25 * length(vec2(u_last_post) * u_spacing_m);
     return vec3(half_m / (half_m + depth_of_ground_m(g)));
 }
-
-vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
+#define SKY_COLOUR vec3(0.0)
 #endif
-
-vec3 sky_colour(Ray ray) { return vec3(0.0); }
 
 #include "shade/pixel.glsl"

@@ -26,10 +26,9 @@ float error_m(vec2 post, float drawn_m) {
 
 // Exact distance on the screen between the drawn point and the true point, d metres below it: see lod/project.glsl.
 float error_px(vec3 drawn_m, float d) {
-    float vertical_w = is_orthographic() ? 0.0 : u_forward.z;
-    float w = w_at(dot(drawn_m, u_forward.xyz)), true_w = w - d * vertical_w;
+    float w = w_at(dot(drawn_m, u_forward.xyz)), true_w = w - d * vertical_w();
     vec2 at = vec2(dot(drawn_m, u_right.xyz), dot(drawn_m, u_up.xyz));
-    vec2 moved = (vec2(u_right.z, u_up.z) * w - at * vertical_w) * vec2(u_aspect, 1.0);
+    vec2 moved = (vec2(u_right.z, u_up.z) * w - at * vertical_w()) * vec2(u_aspect, 1.0);
     return u_focal_px * abs(d) * length(moved) / max(w * abs(true_w), 1e-30);
 }
 

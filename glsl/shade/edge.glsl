@@ -21,9 +21,8 @@ struct Ray {
 
 uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
 
-// The view depth t at which a ray meets a level plane from above; negative if it does not.
-// The ray's component along the view is 1.
-// The plane has the drop of the land, so t is the smaller solution of
+// The view depth t at which a ray meets a level plane from above; negative if it does not. The ray's component along
+// the view is 1. The plane has the drop of the land, so t is the smaller solution of
 //   u_bend_per_m (x² + y²) t² + z t = height_m - eye.
 // For parallel rays the ground is flat.
 float plane_depth(Ray seen, float height_m) {

@@ -1,7 +1,6 @@
 // shade/enlarge.frag — copy a smaller picture to a window, enlarged by cubic convolution: Keys 1981, "Cubic convolution
-// interpolation for digital image processing", equation 15, in x and in y.
-// A fetch between texels takes two or four of them at once, so five fetches take twelve of the sixteen texels.
-// The corners, which weigh least, are left out.
+// interpolation for digital image processing", equation 15, in x and in y. A fetch between texels takes two or four of
+// them at once, so five fetches take twelve of the sixteen texels. The corners, which weigh least, are left out.
 
 layout(binding = 2) uniform sampler2D u_picture;
 

@@ -1,7 +1,6 @@
 // shade/error.frag — style "error": the error of the surface in pixels. Black is 0, pale yellow the end of the scale;
-//   errors above the scale are cyan; land is grey where the map has no data, or
-//   where the true heights of a store are not loaded.
-//   The bar at the lower left shows the colours of the scale; the window has a legend instead.
+//   errors above the scale are cyan; land is grey where the map has no data, or where the true heights of a store are
+//   not loaded. The bar at the lower left shows the colours of the scale; the window has a legend instead.
 
 #include "shade/drawn.glsl"
 #include "shade/marks.glsl"
@@ -18,8 +17,6 @@ vec3 ground_colour(Ground g, int sample_) {
     return error_colour(worst_px) * (0.65 + 0.35 * clay(g));
 }
 
-vec3 sky_colour(Ray ray) { return vec3(0.60); }
-
 uniform bool u_bar;
 
 vec3 with_bar(vec3 colour) {
@@ -31,6 +28,6 @@ vec3 with_bar(vec3 colour) {
     return all(greaterThan(at, vec2(0.0))) && all(lessThan(at, vec2(1.0))) ? inferno(0.08 + 0.92 * at.x) : vec3(1.0);
 }
 
-vec4 colour_of_pixel() { return vec4(with_bar(pixel_colour()), 1.0); }
-
+#define SKY_COLOUR vec3(0.60)
+#define SHOWN with_bar
 #include "shade/pixel.glsl"

@@ -64,13 +64,11 @@ vec2 slide_to_ground(vec3 side_m, vec3 ray, vec3 normal) {
     return (side_m - ray * (dot(side_m, normal) / slant)).xy / u_spacing_m;
 }
 
-// Direction of the ray that sees a place.
 vec3 direction_to(vec3 place_m) { return is_orthographic() ? u_forward.xyz : normalize(place_m); }
 
 // Metres that a pixel is high, at a view depth.
 float pixel_at(float depth_m) { return w_at(max(depth_m, near_m())) * 2.0 * u_half_extent.y / float(u_size_px.y); }
 
-// The footprint of a pixel that sees this place.
 Ground footprint_at(vec2 post) {
     Ground g;
     g.post = post;

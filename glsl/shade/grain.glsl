@@ -1,8 +1,7 @@
 // shade/grain.glsl — detail below the posts' spacing: bumps and specks in the shading, without geometry.
-//   Five octaves of value noise, 2 to 89 bumps between two posts.
-//   An octave whose bumps are smaller than a pixel's footprint fades to its mean, which is 0.
-//   So near the eye there is grain, and far away the light is the same as without grain.
-//   The noise is a function of the post number, so a map has the same grain at any distance.
+//   Five octaves of value noise, 2 to 89 bumps between two posts. An octave whose bumps are smaller than a pixel's
+//   footprint fades to its mean, which is 0. So near the eye there is grain, and far away the light is the same as
+//   without grain. The noise is a function of the post number, so a map has the same grain at any distance.
 // Provides GRAIN, Grain, grain_of(), grain_strength().
 
 #include "shade/cover.glsl"

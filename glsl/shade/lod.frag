@@ -1,6 +1,5 @@
 // shade/lod.frag — style "lod": the distance between vertices,
-//   from violet (a post or less) over green to yellow (a sixteenth of the map or more). Borders of
-//   patches are dark.
+//   from violet (a post or less) over green to yellow (a sixteenth of the map or more). Borders of patches are dark.
 
 #include "shade/drawn.glsl"
 

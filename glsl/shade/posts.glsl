@@ -1,7 +1,6 @@
 // shade/posts.glsl — what shade/relief.glsl reads: the heights of a lattice of posts, and sums of them over boxes.
-//   A map in memory has one lattice, that of level 0, and one summed-area table.
-//   In a store, each level has a lattice, and each page has a table of its own (pages/posts.glsl).
-//   So a box lies in one part or in several. The loop
+//   A map in memory has one lattice, that of level 0, and one summed-area table. In a store, each level has a lattice,
+//   and each page has a table of its own (pages/posts.glsl). So a box lies in one part or in several. The loop
 //     Part part = first_part(level, low, end);
 //     do sum += sum_in(part, x, y); while (next_part(part));
 //   gives S(x, y) of a table of the whole lattice, minus a number that is the same for all corners of the box.

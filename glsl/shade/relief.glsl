@@ -1,8 +1,7 @@
 // shade/relief.glsl — mean height and mean slope over a footprint:
-//   a box on the map, at any place and of any size, in posts.
-//   Boxes larger than a few posts use the summed-area table of heights.
-//   The height is taken as constant over each texel, so the sums are bilinear between texels.
-//   So the mean is continuous in the box, and nothing flickers when the eye moves.
+//   a box on the map, at any place and of any size, in posts. Boxes larger than a few posts use the summed-area table
+//   of heights. The height is taken as constant over each texel, so the sums are bilinear between texels. So the mean
+//   is continuous in the box, and nothing flickers when the eye moves.
 //
 //          a       b       c        mean height   sum(a..c) / area
 //       a  ┌───────┬───────┐        slope         (mean of the eastern half − mean of the western) / distance of

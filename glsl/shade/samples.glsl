@@ -1,7 +1,6 @@
 // shade/samples.glsl — the second pass of a picture: from the places that a pixel's samples see to one colour.
-//   Samples on the same ground are shaded once, around their centre; their number is the weight.
-//   The sky fills the rest.
-//   Most pixels have no edge: their programs (shade/kind.glsl) shade one piece of ground, or the sky.
+//   Samples on the same ground are shaded once, around their centre; their number is the weight. The sky fills the
+//   rest. Most pixels have no edge: their programs (shade/kind.glsl) shade one piece of ground, or the sky.
 // The including file defines ground_colour() and sky_colour(), in display-linear light.
 // With CLEAR, samples of the open sky do not count: the colour is the mean of the others.
 // Provides pixel_colour(), g_open, Ground.
@@ -60,8 +59,7 @@ int samples_around(int seen) {
     return alike;
 }
 
-// The colour of the sky and of the map's surroundings, with edges between them. `samples` are bits; at least one is
-// set.
+// The colour of the sky and of the map's surroundings, with edges between them. At least one of `samples` is set.
 vec3 around_colour(int samples) {
     if (CLEAR == 1 && EDGE == 0) g_open = bitCount(samples);
     if (EDGE == 0) return CLEAR == 1 ? vec3(0.0) : float(bitCount(samples)) * sky_colour(view_ray(vec2(0.0)));
@@ -78,7 +76,6 @@ vec3 around_colour(int samples) {
     return sum;
 }
 
-// The share of the samples that see ground.
 float ground_share() {
     int count = 0;
     for (int i = 0; i < SAMPLES; i++) count += is_sky(post_of_sample(i)) ? 0 : 1;

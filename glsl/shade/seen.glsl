@@ -62,12 +62,10 @@ void find_hidden() {
 #endif
 }
 
-// View depth of a value in the depth buffer.
 float view_depth_m(float depth) {
     return is_orthographic() ? (1.0 - depth) * u_depth_span_m : near_m() / max(depth, 1e-30);
 }
 
-// The place that a sample sees, metres from the eye.
 vec3 place_of_sample_m(int i, float depth) {
     Ray ray = ray_at(offset_of_sample(i));
     return ray.start + ray.along * view_depth_m(depth);

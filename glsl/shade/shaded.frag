@@ -5,8 +5,7 @@
 #include "light/shown.glsl"
 #include "light/around.glsl"
 
-// The share of the pixel that sees a lake: land that is marked as water.
-// Diagrams and pictures of the ground have none.
+// The share of the pixel that sees a lake: land that is marked as water. Diagrams and pictures of the ground have none.
 float lake_share(Ground g) {
     if (!MARKED || IS_DIAGRAM) return 0.0;
     float sum = 0.0;

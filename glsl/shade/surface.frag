@@ -6,9 +6,8 @@
 in vec2 v_post;
 flat in uvec4 v_of_patch;
 
-// The place at the centre of the samples that the triangle covers.
-// The pixel's centre may be outside the triangle. Its place may then be over a void behind a ridge,
-// or several cells away, if the triangle is small, flat and far away.
+// The place at the centre of the samples that the triangle covers. The pixel's centre may be outside the triangle. Its
+// place may then be over a void behind a ridge, or several cells away, if the triangle is small, flat and far away.
 vec2 covered_place() {
     int covered = gl_SampleMaskIn[0] & 15;
     vec3 at = vec3(v_post, 1.0) * gl_FragCoord.w;  // linear on the screen

@@ -107,7 +107,7 @@ class Tessellated(Baseline):
 
     stages: Mapping[str, str] = MappingProxyType(
         {
-            "vertex": "comparison/tessellated/patch.vert",
+            "vertex": "mesh/patch.vert",
             "tess_control": "comparison/tessellated/patch.tesc",
             "tess_evaluation": "comparison/tessellated/patch.tese",
         }
@@ -139,7 +139,7 @@ class Tessellated(Baseline):
         most = _patches_in_draw(edges)
         commands = [(min(most, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), most)]
         drawn = self.commands.filled(np.array(commands or [(0,) * 5], "u4").tobytes())
-        feed = Feed([(cuts.buffer, "4u4", "in_cut")], mode=moderngl.PATCHES)
+        feed = Feed([(cuts.buffer, "4u4", "in_patch")], mode=moderngl.PATCHES)
         buffers = MeshBuffers((cuts, measures, drawn), feed, drawn.buffer, {"Tessellated": measures.buffer})
         numbers = (len(places),), triangles, triangles + 4 * MOST * len(places), 0, None, len(commands)
         return Selection(self, buffers, _settings(goal), *numbers)

@@ -57,7 +57,7 @@ class Surface(Protocol):
     terrain, view
         The map, and the camera that looks at it.
     stages
-        Shaders by stage, as `gpu.passes.DrawPass` takes them; the last one calls put_vertex() of glsl/mesh/vertex.glsl.
+        Shaders by stage, as `gpu.passes.DrawPass` takes them; the last calls put_vertex_between() (mesh/vertex.glsl).
         Vertices lie on posts or between them.
     defines
         Macros of those stages.

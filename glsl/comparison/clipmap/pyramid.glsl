@@ -2,9 +2,8 @@
 //   level 0 is the map, each further level is the level below, filtered and halved (comparison/clipmap/halve.comp).
 //   Sample i of level j is at post min(i · 2^j, last). So the last sample is on the rim for maps of any size.
 //   Level −k cuts each cell of the map into 2^k × 2^k parts:
-//   sample i is i / 2^k posts from the first, bilinear between posts.
-//   Level 1 is the left part of the texture; levels 2 and up are in a column to its right.
-//   Levels 0 and below are read from the map.
+//   sample i is i / 2^k posts from the first, bilinear between posts. Level 1 is the left part of the texture; levels 2
+//   and up are in a column to its right. Levels 0 and below are read from the map.
 // Provides sample_m(), last_sample(), place_of_sample().   Python twin: comparison.pyramid.Pyramid
 
 #include "mesh/between.glsl"
@@ -20,12 +19,7 @@ ivec2 last_sample(int level) { return level < 0 ? u_last_post << -level : u_leve
 // Place of a sample, in 64ths of a post.
 ivec2 place_of_sample(int level, ivec2 i) { return min(i << level + 6, u_last_post << 6); }
 
-float part_of_cell_m(int level, ivec2 i) {
-    int parts = 1 << -level;
-    return bilinear_m(i >> -level, vec2(i & parts - 1) / float(parts));
-}
-
 float sample_m(int level, ivec2 i) {
-    if (level < 0) return part_of_cell_m(level, i);
+    if (level < 0) return bilinear_m(i >> -level, vec2(i & (1 << -level) - 1) / float(1 << -level));
     return level == 0 ? height_m(i) : texelFetch(u_pyramid, u_first_texel[level].xy + i, 0).x;
 }

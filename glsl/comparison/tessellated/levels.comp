@@ -5,9 +5,8 @@
 //   a and b are its ends on the ground, z is the depth of its middle, K the focal length in pixels
 //   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA).
 //   No segment is shorter than the spacing of the posts, or than 1 / u_parts of it:
-//   see comparison/tessellated/measures.glsl.
-//   Both patches at an edge compute the same number.
-//   If the neighbour is finer, each half of the edge is an edge of its own.
+//   see comparison/tessellated/measures.glsl. Both patches at an edge compute the same number. If the neighbour is
+//   finer, each half of the edge is an edge of its own.
 
 #include "comparison/tessellated/patch.glsl"
 #include "comparison/tessellated/measures.glsl"

@@ -1,8 +1,7 @@
 // comparison/tessellated/patch.glsl — the record of a cut patch, in whole numbers,
-//   so that all stages and both sides of an edge agree.
-//   If the two neighbours at an edge are finer, the edge consists of one edge of each neighbour,
-//   and has as many segments as both together.
-//   If an edge has more segments than posts, it has a whole multiple of them, so that every post has a vertex.
+//   so that all stages and both sides of an edge agree. If the two neighbours at an edge are finer, the edge consists
+//   of one edge of each neighbour, and has as many segments as both together. If an edge has more segments than posts,
+//   it has a whole multiple of them, so that every post has a vertex.
 // Provides Cut, cut_of(), words_of(), whole_parts(), inner_levels(), triangles_in().
 //   Record: comparison.tessellated.CUT
 

@@ -4,12 +4,12 @@
 
 layout(vertices = 1) out;
 
-in uvec4 v_cut[];
-patch out uvec4 v_patch;
+in ivec4 v_patch[];
+patch out uvec4 v_cut;
 
 void main() {
-    v_patch = v_cut[0];
-    Cut c = cut_of(v_patch);
+    v_cut = uvec4(v_patch[0]);
+    Cut c = cut_of(v_cut);
     ivec2 inner = inner_levels(c);
     for (int edge = 0; edge < 4; edge++) gl_TessLevelOuter[edge] = float(c.outer[edge]);
     gl_TessLevelInner[0] = float(inner.x);

@@ -12,7 +12,7 @@
 
 layout(quads, equal_spacing, cw) in;  // rows count to the south
 
-patch in uvec4 v_patch;
+patch in uvec4 v_cut;
 
 // The end of the k-th of `steps` equal steps along an edge, in 64ths of a post.
 // If there are at most as many steps as posts, this is a post.
@@ -62,7 +62,7 @@ float filtered_m(ivec2 place) {
 }
 
 void main() {
-    Cut c = cut_of(v_patch);
+    Cut c = cut_of(v_cut);
     ivec2 place = place_in(c, gl_TessCoord.xy);
     vec2 segment = vec2(c.size) / vec2(inner_levels(c));
     put_vertex_between(place >> 6, vec2(place & 63) / 64.0, filtered_m(place),

@@ -7,15 +7,11 @@
 
 layout(local_size_x = LEAF_GROUP) in;
 
-// Number of segments along one axis of a leaf that are on the map, for a spacing.
-int segments_on_map(int from, int last, int side_log2, int step_log2) {
-    int posts = clamp(last - from, 0, 1 << side_log2) - max(0, -from);
-    return step_log2 >= 0 ? posts + (1 << step_log2) - 1 >> step_log2 : posts << -step_log2;
-}
-
+// Number of segments along a side of a leaf that are on the map, for a spacing.
 int edge_segments(Leaf leaf, int side, int step_log2) {
-    int axis = axis_of(side);
-    return segments_on_map(leaf.origin[axis], u_last_post[axis], leaf.side_log2, step_log2);
+    int axis = axis_of(side), from = leaf.origin[axis];
+    int posts = clamp(u_last_post[axis] - from, 0, 1 << leaf.side_log2) - max(0, -from);
+    return step_log2 >= 0 ? posts + (1 << step_log2) - 1 >> step_log2 : posts << -step_log2;
 }
 
 // Triangles with an area: every cell has two, and each additional segment of an edge makes one more.

@@ -10,10 +10,6 @@
 
 const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
 
-bool is_within(ivec2 post, ivec2 low, ivec2 end) {
-    return all(greaterThanEqual(post, low)) && all(lessThan(post, end));
-}
-
 // Where leaf_over() looks: the ring of a leaf, the next finer one and the next coarser one. All of the leaf's
 // neighbours lie there.
 Ring near_finer, near_own, near_coarser;
@@ -24,7 +20,9 @@ void look_around_in(int ring) {
     near_coarser = u_ring[min(ring + 1, u_rings - 1)];
 }
 
-bool is_in(Ring ring, ivec2 post) { return is_within(post, ring.origin, ring_end(ring)); }
+bool is_in(Ring ring, ivec2 post) {
+    return all(greaterThanEqual(post, ring.origin)) && all(lessThan(post, ring_end(ring)));
+}
 
 // The leaf that covers the cell south-east of a post.
 Leaf leaf_over(ivec2 post) {

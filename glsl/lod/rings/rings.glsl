@@ -88,7 +88,6 @@ bool is_cell_fan(int side_log2, int step_log2) { return side_log2 == 0 && step_l
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 
 ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
-// The post where a ring ends.
 ivec2 ring_end(Ring ring) { return ring.origin + ring.blocks * (BLOCK_SIDE << ring.level); }
 
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }

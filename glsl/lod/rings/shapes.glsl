@@ -27,7 +27,6 @@ layout(std430, binding = 7) buffer Summary {
 int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // the axis along which the side runs
 bool is_far(int side) { return side == EAST || side == SOUTH; }         // the side has the square's larger coordinate
 
-// A leaf and its place.
 struct Leaf {
     uint word;
     ivec2 origin;
