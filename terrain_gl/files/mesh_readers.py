@@ -197,10 +197,15 @@ def gltf_triangles(path: Path, data: bytes) -> tuple[np.ndarray, np.ndarray]:
 def _buffer(path: Path, uri: str) -> bytes:
     if uri.startswith("data:"):
         return base64.b64decode(uri.partition(",")[2])
+    return (path.parent / name_below(uri)).read_bytes()
+
+
+def name_below(uri: str) -> str:
+    """The name of a file that a URI gives: in the folder of the file that has it, or below."""
     name = unquote(uri)
     if ":" in name or Path(name).is_absolute() or ".." in Path(name).parts:
-        raise ValueError(f"the buffer {uri:.60} lies elsewhere")
-    return (path.parent / name).read_bytes()
+        raise ValueError(f"{uri:.60} lies elsewhere")
+    return name
 
 
 def _matrix(node: dict[str, Any]) -> np.ndarray:

@@ -11,14 +11,13 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import unquote
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..verify.check import check_mesh
-from .mesh_readers import gltf_triangles
+from .mesh_readers import gltf_triangles, name_below
 from .quantized_mesh import quantized_tiles
 from .tile_system import EARTH, RADIUS_M, TileSystem
 
@@ -128,9 +127,7 @@ def _tiles(file: Path, above: np.ndarray) -> Iterator[tuple[str, float, np.ndarr
             world = outer @ np.array(tile.get("transform", np.eye(4)), np.float64).reshape(4, 4).T
             waiting += [(child, world) for child in tile.get("children", [])]
             for content in [tile["content"]] if "content" in tile else tile.get("contents", []):
-                name = unquote(content.get("uri") or content["url"])
-                if ":" in name or Path(name).is_absolute() or ".." in Path(name).parts:
-                    raise ValueError(f"{name:.60} lies elsewhere")
+                name = name_below(content.get("uri") or content["url"])
                 if name.lower().endswith(".json"):
                     yield from _tiles(file.parent / name, world)
                 else:
