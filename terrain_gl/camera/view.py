@@ -41,7 +41,7 @@ class ViewBlock:
         self._largest_px = gl.limits(ctx)["viewport_size"]
         self.viewport = (0, 0, 0, 0)
 
-    def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
+    def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: object) -> None:
         """Write a camera to the block; `settings` are the fields tolerance_px, metric and cull."""
         land = terrain.heightmap
         asked = camera, size, near_m, settings, land.spacing_m, land.cols, land.rows, land.range_m, terrain.base_m

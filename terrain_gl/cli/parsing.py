@@ -84,7 +84,7 @@ class HelpAll(argparse.Action):
     def __init__(self, option_strings: Sequence[str], dest: str, **how: Any) -> None:
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, default=argparse.SUPPRESS, **how)
 
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print the full help and exit."""
         assert isinstance(parser, Parser)
         parser._print_message(parser.format_all(), sys.stdout)

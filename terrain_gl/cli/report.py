@@ -53,7 +53,7 @@ def check_writable(*paths: str | None) -> None:
 
 
 @contextmanager
-def json_output(path: str | None, value: Any) -> Iterator[None]:
+def json_output(path: str | None, value: object) -> Iterator[None]:
     """Write `value` to `path` as JSON if the block ends without an error. With "-" print it; with None do nothing."""
     text = json_text(value)
     if path is None or path == "-":
@@ -66,7 +66,7 @@ def json_output(path: str | None, value: Any) -> Iterator[None]:
         yield
 
 
-def write_json(path: str | None, value: Any) -> None:
+def write_json(path: str | None, value: object) -> None:
     """Write `value` to `path` as JSON. With "-" print it; with None do nothing."""
     with json_output(path, value):
         pass

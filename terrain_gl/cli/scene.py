@@ -34,7 +34,7 @@ class CommandScene:
     camera: Camera
     frame: FrameOptions
 
-    def view(self, **changes: Any) -> dict[str, Any]:
+    def view(self, **changes: object) -> dict[str, Any]:
         """Keyword arguments of `Renderer.render`; `changes` replace options of the frame."""
         return {"camera": self.camera} | vars(self.frame) | changes
 

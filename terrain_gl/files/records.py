@@ -2,15 +2,14 @@
 
 import json
 import math
-from typing import Any
 
 
-def json_text(value: Any) -> str:
+def json_text(value: object) -> str:
     """`value` as JSON with a newline at its end. Infinities and NaN, which JSON lacks, become null."""
     return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> object:
     if isinstance(value, dict):
         return {key: _finite(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):

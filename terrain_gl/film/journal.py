@@ -30,7 +30,7 @@ class FlightJournal:
         The ending of a second file of each picture in a folder, without which the picture is not complete.
     """
 
-    def __init__(self, output: str | os.PathLike[str], identity: Any, beside: str | None = None) -> None:
+    def __init__(self, output: str | os.PathLike[str], identity: object, beside: str | None = None) -> None:
         self._output = None if is_folder(output) else output
         folder = Path(output) if is_folder(output) else parts.folder_of(output)
         self._path = folder / JOURNAL
@@ -55,7 +55,7 @@ class FlightJournal:
         with replacing(self._path) as part:  # if the process is killed here, the old file is still whole
             part.write_text("".join(line + "\n" for line in lines), "utf-8")
 
-    def add(self, number: int, noted: Any) -> None:
+    def add(self, number: int, noted: object) -> None:
         """Add the entry of a picture, before the picture is written."""
         with open(self._path, "a", encoding="utf-8") as file:
             file.write(json.dumps((number, noted)) + "\n")

@@ -282,7 +282,7 @@ def _numbers(name: str, value: Any, count: int) -> Any:
     return tuple(map(float, values)) if count > 1 else float(value)
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 40 else text[:37] + "..."
 

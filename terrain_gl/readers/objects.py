@@ -26,12 +26,12 @@ def raster_of(source: Any, name: str) -> Raster | None:
     return None
 
 
-def is_labelled(source: Any) -> bool:
+def is_labelled(source: object) -> bool:
     """Whether this is a DataArray or a Dataset of xarray."""
     return _has(source, "dims", "coords", "attrs", "transpose")
 
 
-def _has(source: Any, *names: str) -> bool:
+def _has(source: object, *names: str) -> bool:
     return all(hasattr(source, each) for each in names)
 
 

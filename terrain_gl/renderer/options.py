@@ -386,7 +386,7 @@ class FrameOptions:
         elif not 2 <= self.triangles < 2**31 or self.triangles != int(self.triangles):
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
 
-    def otherwise(self, **changes: Any) -> FrameOptions:
+    def otherwise(self, **changes: object) -> FrameOptions:
         """The same options with `changes`. Options that contradict the changes get their defaults."""
         dropped: dict[str, Any] = {}
         method = changes.get("method", self.method)

@@ -234,7 +234,7 @@ def _style_in(feature: Any) -> Style:
     return Style(stroke, _number(properties.get("stroke-width"), _USUAL_PX) / _USUAL_PX, fill)
 
 
-def _colour(text: Any, opacity: Any, usual: float) -> Colour | None:
+def _colour(text: object, opacity: object, usual: float) -> Colour | None:
     """A colour of three or six hexadecimal digits, or its name, with its opacity; None for any other text."""
     word = str(text).strip().lower() if text else ""
     found = _HEX.fullmatch(tracks.NAMED.get(word, word))

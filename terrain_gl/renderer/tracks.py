@@ -218,7 +218,7 @@ def _tcx(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
 _READERS = {"gpx": _gpx, "kml": _kml, "TrainingCenterDatabase": _tcx}
 
 
-def _feature(points: Pairs, name: str = "", **style: Any) -> dict[str, Any]:
+def _feature(points: Pairs, name: str = "", **style: object) -> dict[str, Any]:
     """A line, or a point if there is only one place; without places, a line of no points, which draws nothing."""
     kind, coordinates = ("Point", points[0]) if len(points) == 1 else ("LineString", points)
     return {

@@ -256,7 +256,7 @@ class Picture:
         self.lighting.follow(look.sun, look.sky, look.material, look.cover)
         self.lighting.describe(self._haze_m(camera, look.haze), look.water_m)
 
-    def colour(self, fragment: str, resources: Resources = NOTHING_MORE, **uniforms: Any) -> None:
+    def colour(self, fragment: str, resources: Resources = NOTHING_MORE, **uniforms: object) -> None:
         """Colour every pixel of the picture by a fragment shader; `resources` are those that it reads beside ours."""
         self._fill(self._screen, fragment, "ANY", Wanted(self.lighting.defines, uniforms), resources)
 
@@ -360,7 +360,7 @@ class Picture:
         self.see(selection, look)
         return changed
 
-    def note(self, fragment: str, components: int, dtype: str, kind: str = "ANY", **uniforms: Any) -> np.ndarray:
+    def note(self, fragment: str, components: int, dtype: str, kind: str = "ANY", **uniforms: object) -> np.ndarray:
         """Output of a fragment shader for pixels of one of `KINDS`: (height, width, components), first row on top."""
         return self._read_back(fragment, kind, Wanted(self.lighting.defines, uniforms), components, dtype)
 

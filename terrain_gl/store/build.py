@@ -126,7 +126,7 @@ def build(
             return _run(job, journal, runner, progress)
 
 
-def _asked(source: Any, reading: Reading, *options: Any) -> Any:
+def _asked(source: object, reading: Reading, *options: object) -> Any:
     """What a build of files was asked for, as JSON: builds with equal values make equal stores. None for an object."""
     paths = [source] if isinstance(source, str | os.PathLike) else source
     if not isinstance(paths, Sequence) or not paths or not isinstance(paths[0], str | os.PathLike):
@@ -217,7 +217,7 @@ def _cost(tasks: list[Task]) -> float:
 class BuildJournal:
     """The finished tasks of a build: one line each, written after the task's shards."""
 
-    def __init__(self, job: BuildJob, asked: Any = None, findings: Findings | None = None) -> None:
+    def __init__(self, job: BuildJob, asked: object = None, findings: Findings | None = None) -> None:
         self.job = job
         self.folder = Path(job.path) / WORK
         self._built = self.folder.with_name(BUILT)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from typing import Any
 
 import numpy as np
 
@@ -47,7 +46,7 @@ class StoredMap(PagedMap):
         self.heights = PagedHeights(self, self.arrays.pyramid.posts(0))  # type: ignore[assignment]
 
     @classmethod
-    def open(cls, path: str | os.PathLike[str], *_: Any, **__: Any) -> StoredMap:
+    def open(cls, path: str | os.PathLike[str], *_: object, **__: object) -> StoredMap:
         """Open a store."""
         return cls(path)
 

@@ -104,7 +104,7 @@ class App:
 
     # --- Errors -------------------------------------------------------------------------------------------------------
 
-    def attempt(self, action: Callable[..., Any], *arguments: Any) -> Any:
+    def attempt(self, action: Callable[..., Any], *arguments: object) -> Any:
         """Call a function and return its result. If it raises an error, show the error in a line, and return None.
 
         If there is no map, and none is being loaded, the app cannot go on, and raises the error.

@@ -124,5 +124,5 @@ class Memory:
         return _dict(self._maps.get(key))
 
 
-def _dict(stored: Any) -> dict[str, Any]:
+def _dict(stored: object) -> dict[str, Any]:
     return stored if isinstance(stored, dict) else {}

@@ -167,7 +167,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
                 self.app.frame(time.monotonic())
             return self._pixels()
 
-    def close(self, *args: Any, **kwargs: Any) -> None:
+    def close(self, *args: object, **kwargs: object) -> None:
         """Close the widget, and release GPU resources."""
         if not self._closed:
             super().close(*args, **kwargs)
@@ -199,7 +199,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
                 self.app.attempt(handler, event)
             self.request_draw()
 
-    def _repr_mimebundle_(self, **kwargs: Any) -> Any:
+    def _repr_mimebundle_(self, **kwargs: object) -> Any:
         """The widget. Before it, the still picture is shown until a front end is live."""
         _KEPT[self.model_id] = self  # the page may show it when no name has it any more
         _note_shown(self)

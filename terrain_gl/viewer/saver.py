@@ -223,7 +223,7 @@ class Saver:
         except (TerrainError, OSError) as error:
             self._window.say(str(error))
 
-    def _in_thread(self, write: Callable[..., None], path: Path, *what: Any) -> None:
+    def _in_thread(self, write: Callable[..., None], path: Path, *what: object) -> None:
         """Write a file in the thread, after all earlier files."""
         self.join()
         self._writing = threading.Thread(target=write, args=(path, *what), name=f"writing {path}")

@@ -1,7 +1,6 @@
 """The user's choices: how the picture is drawn, and what is shown over it."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..renderer.methods import EVERY_POST
 from ..renderer.options import CHOICES, FrameOptions
@@ -42,11 +41,11 @@ class Settings:
         """Whether there are two sides."""
         return len(self.sides) > 1
 
-    def change(self, **changes: Any) -> None:
+    def change(self, **changes: object) -> None:
         """Change options of the active side. A tolerance replaces a number of triangles, and the other way round."""
         self.sides[self.active] = self.options.otherwise(**changes)
 
-    def change_all(self, **changes: Any) -> None:
+    def change_all(self, **changes: object) -> None:
         """Change options of all sides."""
         self.sides = [side.otherwise(**changes) for side in self.sides]
 

@@ -47,7 +47,7 @@ def state_of(scene: Scene, layers: Layers) -> dict[str, Any]:
     return state | {"layers": layers.state} | chosen | {"divider": settings.divider, "sums": settings.sums}
 
 
-def checked(state: Any, where: str) -> dict[str, Any]:
+def checked(state: object, where: str) -> dict[str, Any]:
     """The state, if it can be shown; else a `UsageError` that begins with `where` and names what is wrong."""
     if not isinstance(state, dict) or (unknown := sorted(set(state) - _KEYS)):
         known = ", ".join(sorted(_KEYS))

@@ -232,7 +232,7 @@ class Window:
         self._resize()
         self._frame()
 
-    def _on_key(self, _: Any, key: int, scancode: int, action: int, mods: int) -> None:
+    def _on_key(self, _: object, key: int, scancode: int, action: int, mods: int) -> None:
         glfw = self._glfw
         name = _key_name(glfw, key)
         if action == glfw.RELEASE:
@@ -255,15 +255,15 @@ class Window:
         self._cursor = glfw.get_cursor_pos(self._handle)
         return self._app.captured
 
-    def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
+    def _on_button(self, _: object, button: int, action: int, mods: int) -> None:
         change = self._app.mouse_down if action == self._glfw.PRESS else self._app.mouse_up
         change(_BUTTONS.get(button, ""), *self._cursor_px)
 
-    def _on_cursor(self, _: Any, x: float, y: float) -> None:
+    def _on_cursor(self, _: object, x: float, y: float) -> None:
         self._cursor = x, y
         self._app.mouse_move(*self._cursor_px)
 
-    def _on_scroll(self, _: Any, dx: float, dy: float) -> None:
+    def _on_scroll(self, _: object, dx: float, dy: float) -> None:
         glfw = self._glfw
 
         def held(*keys: int) -> bool:
