@@ -7,7 +7,6 @@ put_vertex_between() (glsl/mesh/vertex.glsl).
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -129,7 +128,7 @@ def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
     return between
 
 
-def _stand_on_map(terrain: Any, posts: np.ndarray, heights_m: np.ndarray) -> bool:
+def _stand_on_map(terrain: object, posts: np.ndarray, heights_m: np.ndarray) -> bool:
     """Whether vertices have the map's heights: exactly on posts, and up to rounding between posts.
 
     A paged map is not tested, because its posts may have heights of coarser pages.

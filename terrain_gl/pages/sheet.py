@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 from ..basics.rect import Area, tiles_over
 
@@ -16,7 +16,7 @@ class Sheet:
     `tiles` are the tiles in memory, by row and column. Entries that were never written have the value `fill`.
     """
 
-    def __init__(self, side: int, fill: Any, dtype: Any = "f4") -> None:
+    def __init__(self, side: int, fill: ArrayLike, dtype: DTypeLike = "f4") -> None:
         self.side = side
         self.fill = np.array(fill, dtype)
         self.tiles: dict[tuple[int, int], np.ndarray] = {}

@@ -41,7 +41,7 @@ _LEAST_STRIP = 16  # rows
 class WindowedRaster:
     """A map that is read window by window."""
 
-    identity: Any = None  # JSON on the source: names, sizes and times of files, and how they are read; None if unknown
+    identity: object = None  # JSON on the source: names, sizes, times of files, and how they are read; None if unknown
     is_told = False  # whether the caller has given a scale or an offset of the heights
 
     def __init__(self, raster: Raster) -> None:

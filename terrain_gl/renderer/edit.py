@@ -9,9 +9,9 @@ double or halve their range gets new units and new tables (`terrain.units_suit`)
 
 import os
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..basics.exceptions import UsageError
 from ..basics.rect import Rect, hull
@@ -38,7 +38,7 @@ class Editor:
         self._unlit: Rect | None = None  # posts edited since the last update of the light
 
     @in_session
-    def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
+    def edit(self, rows: slice | int, cols: slice | int, heights: ArrayLike, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables become the same as after a rebuild.
 
         The voids of a store do not change, and its bounds are wide until `rebuild_steps` (docs/stores.md).
@@ -126,7 +126,7 @@ class Editor:
             yield from self.resources.streaming.rebuild_steps()
 
 
-def _span(n: int, which: Any, name: str) -> slice:
+def _span(n: int, which: slice | int, name: str) -> slice:
     """The posts from `start` to `stop` that a slice or a number selects among n."""
     try:
         posts = range(n)[which]

@@ -499,7 +499,7 @@ class Renderer:
         camera, _, piece = self._look_again(*self._drawn)
         return contour_labels(self.picture, camera, piece, interval, least_m, units)
 
-    def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
+    def edit(self, rows: slice | int, cols: slice | int, heights: ArrayLike, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables are updated. See `Editor.edit`."""
         self.editor.edit(rows, cols, heights, settle)
 

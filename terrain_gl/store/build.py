@@ -28,7 +28,7 @@ from .checking import Findings, check, noted_of
 from .format import VERSION, Arrays, mending, read_about, zarr_library
 from .job import BUILT, WORK, BuildJob, Shard, Task
 from .pyramid import SHARD, TILE, StoreSizes, areas
-from .scheduling import scheduler
+from .scheduling import Cluster, Here, Processes, scheduler
 from .tasks import of_all, of_source, perform, phases
 from .tiles import Checks
 
@@ -180,7 +180,9 @@ def _sound(path: str, findings: Findings, tell: Callable[[str], None] | None = N
     return findings.about
 
 
-def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress | None) -> dict[str, Any]:
+def _run(
+    job: BuildJob, journal: BuildJournal, runner: Here | Processes | Cluster, progress: Progress | None
+) -> dict[str, Any]:
     first = of_source(job.pyramid)
     done = 0.0
     total = sum(map(_cost, (first, *phases(job.pyramid, (), False))))

@@ -36,7 +36,7 @@ def show(
     *,
     spacing_m: float | Spacing | None = None,
     size: tuple[int, int] | None = None,
-    overlays: Any = (),
+    overlays: object = (),
     **options: Unpack[ShowOptions],
 ) -> Any:
     """Show a map: in a notebook as a view, else in a window until the user closes it.
