@@ -27,6 +27,7 @@ from ring_scenes import change_shaders
 import terrain_gl as tg
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.camera.rounding import certified_rounding_px
+from terrain_gl.gpu.gl import triangles_made
 from terrain_gl.heightmap import Heightmap, bilinear
 from terrain_gl.mesh import captured_triangles, vertex_heights
 from terrain_gl.shade.picture import UNLIT
@@ -273,6 +274,31 @@ def test_measured_errors_are_close_below_the_exact_ones(ctx, name):
         least = 0.93 if view in ("default", "outside", "corner") else 0.5
         assert least * most <= achieved <= 1.01 * most + 1e-6, view
         assert most <= mesh.certified_px, view
+
+
+def test_a_step_of_measuring_draws_a_part_of_the_mesh(ctx, monkeypatch):
+    """A program that measures a fine mesh in steps is never busy with all of it."""
+    scene = Scene.of(ctx, Heightmap(rough(300, 300), 30.0), SIZE)
+    camera = cameras(scene.heightmap)["default"]
+    mesh = scene.select(camera, 0.01)
+
+    def measured(commands):
+        """The triangles that each step makes, and the result."""
+        monkeypatch.setattr("terrain_gl.verify.measure._COMMANDS", commands)
+        steps, made, shares = scene.measurement.achieved_steps(mesh, camera, SIZE, scene.near_m), [], []
+        while True:
+            try:
+                with triangles_made(ctx) as triangles:
+                    shares.append(next(steps))
+            except StopIteration as end:
+                assert shares == sorted(shares) and shares[-1] == 1
+                return made, end.value
+            finally:
+                made.append(triangles.value)
+
+    (parts, achieved), (regions, at_once) = measured(1), measured(mesh.draws)
+    assert achieved == at_once and mesh.draws > 1
+    assert sum(parts) == sum(regions) and max(parts) < 0.8 * max(regions)
 
 
 @pytest.mark.slow

@@ -14,17 +14,19 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from ..basics.steps import Steps, drain
+from ..basics.steps import Steps, drain, portion
 from ..camera import Camera, boxes_in_picture, in_picture, picture_planes, shift_px
 from ..gpu import gl
 from ..gpu.layout import PLACES
 from ..gpu.passes import Resource, State
 from ..heightmap import Heightmap, bilinear
 from ..lod import RingsSelector, Selection
-from ..mesh import MeshDraw, MeshDraws
+from ..mesh import MeshDraws
 from ..terrain import Terrain
 
-TILE = 512  # posts a side of the region that one step measures
+TILE = 512  # posts a side of the region that is measured together
+_COMMANDS = 8  # draw commands of a step, each of at most `gpu.gl.MOST_VERTICES` vertices
+_STORED = moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
 _BAND = 32  # rows of places that are projected together
 Region = tuple[int, int, int, int]  # first column, first row, columns, rows
 View = tuple[Selection, Camera, tuple[int, int], float]  # a mesh, its camera, the picture's size, the near plane
@@ -84,28 +86,55 @@ class Measurement:
         self.ctx = terrain.ctx
         self._draws = MeshDraws("ABOVE", geometry="mesh/triangle.geom", fragment="mesh/error.frag")
         cols, rows = (min(PLACES * TILE, n) for n in places_of(terrain.heightmap))
-        self._errors = self.ctx.texture((cols, rows), 1, dtype="f4")
         self._nowhere = self.ctx.framebuffer(self.ctx.renderbuffer((cols, rows), 1))
-        self._nothing = np.full((rows, cols), np.nan, "f4").tobytes()
-        is_whole = isinstance(terrain, Terrain)
-        self._truth = None if is_whole else self.ctx.texture((cols // PLACES + 2, rows // PLACES + 2), 1, dtype="f4")
 
     def errors_m(self, selection: Selection, region: Region) -> np.ndarray:
         """Drawn minus true height, in metres, at the places of a region (x, y, w, h).
 
         Returns (h, w) float32; NaN where nothing is drawn.
         """
+        return drain(self._errors_steps(selection, region))
+
+    def _errors_steps(self, selection: Selection, region: Region) -> Steps[np.ndarray]:
+        """Incremental `errors_m`: a step draws a part of the mesh. A region may need millions of triangles."""
         draw = self._draws.of(selection.surface)
-        if self._truth:
-            self._write_truth(region)
-        for flip in _FLIPS:
-            first = flip == _FLIPS[0]
-            errors = self._pass(draw, selection, region, flip, clear=first)
-            # a place on the rim of the map, or of hidden land, is on a triangle's edge, and the rasteriser covers it in
-            # only one of the flips
-            if not (selection.hidden or self._on_rim(region)) or not np.isnan(errors).any():
-                break
-        return errors
+        x, y, width, height = region
+        box = 0, 0, width, height
+        errors_m = np.full((height, width), np.nan, "f4")
+        image = self.ctx.texture((width, height), 1, errors_m, dtype="f4")
+        truth = None if isinstance(self.terrain, Terrain) else self._truth_of(region)
+        resources: dict[str, Resource] = {"u_error_m": image}
+        uniforms: dict[str, Any] = {"tile": (x, y), "tile_size": (width, height)}
+        if truth:
+            resources["u_truth"] = truth
+            uniforms["truth_first"] = x // PLACES, y // PLACES
+        try:
+            for number, flip in enumerate(_FLIPS):
+                for first in range(0, selection.draws, _COMMANDS):
+                    part = slice(first, first + _COMMANDS)
+                    state = State(self._nowhere, box, box)
+                    draw.draw(selection, state, resources, {**uniforms, "flip": flip}, part)
+                    self.ctx.memory_barrier(_STORED)
+                    self.ctx.finish()  # otherwise the last step would wait for all
+                    yield (number + min(1.0, part.stop / selection.draws)) / len(_FLIPS)
+                errors_m = np.frombuffer(image.read(), "f4").reshape(height, width)
+                # a place on the rim of the map, or of hidden land, is on a triangle's edge, and the rasteriser covers
+                # it in only one of the flips
+                if not (selection.hidden or self._on_rim(region)) or not np.isnan(errors_m).any():
+                    break
+        finally:
+            image.release()
+            if truth:
+                truth.release()
+        return errors_m
+
+    def _seen_errors_steps(self, region: Region, view: View) -> Steps[np.ndarray | None]:
+        """Incremental `errors_m` of a region; None if none of its places are in the picture."""
+        heightmap, (selection, camera, size, near_m) = self.terrain.heightmap, view
+        for part in _parts_in_picture(heightmap, region, camera, size, near_m):
+            if in_picture(camera, size, _from_camera(heightmap, part, camera), near_m).any():
+                return (yield from self._errors_steps(selection, region))
+        return None
 
     def achieved(self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float) -> Achieved:
         """Project the error of every place in the picture to pixels."""
@@ -114,13 +143,18 @@ class Measurement:
     def achieved_steps(
         self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float, tile: int = TILE
     ) -> Steps[Achieved]:
-        """Incremental `achieved`, in regions of at most `tile` posts a side; yields progress from 0 to 1."""
+        """Incremental `achieved`, in regions of at most `tile` posts a side; yields progress from 0 to 1.
+
+        Each region takes several steps: parts of its mesh, then bands of its places.
+        """
         largest = largest_at_posts = total = area = 0.0
         places = posts = uncovered = seen = 0
         hidden = _hidden_boxes(selection)
         regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), camera, size, near_m))
-        for done, region in enumerate(regions, 1):
-            for part in self._parts(selection, region, camera, size, near_m):
+        for done, region in enumerate(regions):
+            drawing = self._seen_errors_steps(region, (selection, camera, size, near_m))
+            drawn = yield from portion(drawing, done, len(regions))
+            for part in self._parts(drawn, region, camera, size, near_m):
                 behind = _inside(hidden, part.region)  # with the rims that hidden patches share with drawn ones
                 known = ~np.isnan(part.px)
                 uncovered += int(np.count_nonzero(part.seen & ~known & ~behind))
@@ -135,7 +169,7 @@ class Measurement:
                 posts += int(np.count_nonzero(~np.isnan(at_posts)))
                 largest = max(largest, float(np.fmax.reduce(part.px, None, initial=0.0)))
                 largest_at_posts = max(largest_at_posts, float(np.fmax.reduce(at_posts, None, initial=0.0)))
-            yield done / len(regions)
+                yield (done + 1) / len(regions)
         rms_px = float(np.sqrt(total / area)) if area else 0.0
         return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
 
@@ -155,20 +189,23 @@ class Measurement:
         """
         found = [(np.zeros((0, 2), int), np.zeros(0))]
         regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), *after[1:]))
-        for done, region in enumerate(regions, 1):
-            jump_px = np.abs(self._shifts_of_posts(region, after) - self._shifts_of_posts(region, before))
+        for done, region in enumerate(regions):
+            after_px = yield from portion(self._shifts_steps(region, after), 2 * done, 2 * len(regions))
+            before_px = yield from portion(self._shifts_steps(region, before), 2 * done + 1, 2 * len(regions))
+            jump_px = np.abs(after_px - before_px)
             far = jump_px >= least_px
             first = -(-region[0] // PLACES), -(-region[1] // PLACES)
             found.append((np.argwhere(far)[:, ::-1] + first, jump_px[far]))
-            yield done / len(regions)
+            yield (done + 1) / len(regions)
         posts, px = zip(*found, strict=True)
         return np.concatenate(posts), np.concatenate(px)
 
-    def _shifts_of_posts(self, region: Region, view: View) -> np.ndarray:
+    def _shifts_steps(self, region: Region, view: View) -> Steps[np.ndarray]:
         """Pixels by which each post of a region is drawn above its true place; below 0 if under it, NaN if not seen."""
         x, y, width, height = region
         px = np.full((height, width), np.nan)
-        for part in self._parts(view[0], region, *view[1:], signed=True):
+        drawn = yield from self._seen_errors_steps(region, view)
+        for part in self._parts(drawn, region, *view[1:], signed=True):
             left, top, w, h = part.region
             px[top - y : top - y + h, left - x : left - x + w] = part.px
         return px[-y % PLACES :: PLACES, -x % PLACES :: PLACES]
@@ -189,7 +226,8 @@ class Measurement:
             if not len(inside):
                 continue
             px = np.full((height, width), np.nan, np.float32)
-            for part in self._parts(selection, region, camera, size, near_m):
+            drawn = drain(self._seen_errors_steps(region, (selection, camera, size, near_m)))
+            for part in self._parts(drawn, region, camera, size, near_m):
                 left, top, w, h = part.region
                 px[top - y : top - y + h, left - x : left - x + w] = part.px
             at[inside] = _between_known(px, col[inside] - x, row[inside] - y)
@@ -197,25 +235,26 @@ class Measurement:
 
     def _parts(
         self,
-        selection: Selection,
+        drawn: np.ndarray | None,
         region: Region,
         camera: Camera,
         size: tuple[int, int],
         near_m: float,
         signed: bool = False,
     ) -> Iterator[_Part]:
-        """Measure the parts of a region that may be in the picture. Errors are NaN outside the picture.
+        """Project the errors of the parts of a region that may be in the picture. They are NaN outside the picture.
 
+        `drawn` are those in metres, None if no part is in the picture.
         `signed`: errors of places that are drawn under their true places are less than 0.
         """
         heightmap = self.terrain.heightmap
-        drawn: np.ndarray | None = None
+        if drawn is None:
+            return
         for part in _parts_in_picture(heightmap, region, camera, size, near_m):
             at = _from_camera(heightmap, part, camera)
             seen = in_picture(camera, size, at, near_m)
             if not seen.any():
                 continue
-            drawn = self.errors_m(selection, region) if drawn is None else drawn
             col, row = part[0] - region[0], part[1] - region[1]
             errors = drawn[row : row + part[3], col : col + part[2]].astype(np.float64)
             known = seen & np.isfinite(errors)
@@ -229,36 +268,15 @@ class Measurement:
         """Release GPU resources."""
         gl.release_with_pixels(self._nowhere)
         self._draws.release()
-        self._errors.release()
-        if self._truth:
-            self._truth.release()
 
-    def _write_truth(self, region: Region) -> None:
-        """Upload the true heights of a region, voids filled, because a paged map is not wholly on the GPU."""
-        assert self._truth
+    def _truth_of(self, region: Region) -> moderngl.Texture:
+        """The true heights of a region, voids filled, because a paged map is not wholly on the GPU."""
         heightmap: Any = self.terrain.heightmap
         x, y = region[0] // PLACES, region[1] // PLACES
-        rows = slice(y, min(y + self._truth.height, heightmap.rows))
-        cols = slice(x, min(x + self._truth.width, heightmap.cols))
+        rows = slice(y, min((region[1] + region[3] - 1) // PLACES + 2, heightmap.rows))
+        cols = slice(x, min((region[0] + region[2] - 1) // PLACES + 2, heightmap.cols))
         posts = heightmap.lattice_heights(0, rows, cols) - np.float32(self.terrain.base_m)
-        self._truth.write(np.ascontiguousarray(posts), viewport=(0, 0, posts.shape[1], posts.shape[0]))
-
-    def _pass(
-        self, draw: MeshDraw, selection: Selection, region: Region, flip: tuple[int, int], clear: bool
-    ) -> np.ndarray:
-        x, y, width, height = region
-        if clear:
-            self._errors.write(self._nothing)
-        box = 0, 0, width, height
-        resources: dict[str, Resource] = {"u_error_m": self._errors}
-        uniforms: dict[str, Any] = {"tile": (x, y), "tile_size": (width, height), "flip": flip}
-        if self._truth:
-            resources["u_truth"] = self._truth
-            uniforms["truth_first"] = x // PLACES, y // PLACES
-        draw.draw(selection, State(self._nowhere, box, box), resources, uniforms)
-        self.ctx.memory_barrier(moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
-        whole = np.frombuffer(self._errors.read(), "f4").reshape(self._errors.height, self._errors.width)
-        return whole[:height, :width]
+        return self.ctx.texture(posts.shape[::-1], 1, np.ascontiguousarray(posts), dtype="f4")
 
     def _on_rim(self, region: Region) -> bool:
         x, y, width, height = region

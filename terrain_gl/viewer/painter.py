@@ -33,7 +33,7 @@ REST_S = 0.25  # the full picture is drawn after this time without a change
 RIPE_S = 10.0  # longest wait for light of a store's tiles; without it, the full picture would be drawn twice
 TOLD_S = 1.0  # seconds between two displays of the progress of light: drawing panels takes time, too
 Kind = tuple[object, ...]
-MEASURED_POSTS = 256  # posts along the side of the square that is measured in one step
+MEASURED_POSTS = 256  # posts along the side of the squares that are measured
 
 
 class Painter:
