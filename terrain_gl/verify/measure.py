@@ -170,6 +170,8 @@ class Measurement:
                 largest = max(largest, float(np.fmax.reduce(part.px, None, initial=0.0)))
                 largest_at_posts = max(largest_at_posts, float(np.fmax.reduce(at_posts, None, initial=0.0)))
                 yield (done + 1) / len(regions)
+            if drawn is None:
+                yield (done + 1) / len(regions)
         rms_px = float(np.sqrt(total / area)) if area else 0.0
         return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
 
