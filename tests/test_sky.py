@@ -1,6 +1,5 @@
 """Skies: the sun's position, clear skies at any hour, pictures of skies, and the lobes that approximate them."""
 
-import re
 from datetime import datetime, timedelta, timezone
 
 import numpy as np
@@ -10,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
-from terrain_gl.gpu import shaders
 from terrain_gl.light import atmosphere, sky
 from terrain_gl.light import gaussians as light
 from terrain_gl.light.ground import towards_sun
@@ -166,8 +164,3 @@ def test_eight_bits_are_no_light(tmp_path):
 def test_no_sky_at_all(tmp_path):
     with pytest.raises(TerrainError, match="No such file"):
         sky.read_sky(tmp_path / "sky.exr")
-
-
-def test_shaders_weigh_colours_as_python_does():
-    weights = re.search(r"LUMINANCE = vec3\((.*)\)", (shaders.root() / "blocks/colour.glsl").read_text())
-    assert [float(weight) for weight in weights[1].split(",")] == atmosphere.LUMINANCE.tolist()
