@@ -74,12 +74,12 @@ def check_mesh(
     of_corner = np.ascontiguousarray(faces.T)
     a, b, c = (corners[:2].take(each, 1) for each in of_corner)
     spans = (np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c)).sum(0)
-    for part in slices(8 + spans, 2 * _PART):
+    for part in _slices(8 + spans, 2 * _PART):
         total.add(np.stack([corners.take(each[part], 1) for each in of_corner]))
     return total.result()
 
 
-def slices(work: np.ndarray, limit: float) -> Iterator[slice]:
+def _slices(work: np.ndarray, limit: float) -> Iterator[slice]:
     """Slices of a list whose work is about `limit` each."""
     ends = np.searchsorted(np.cumsum(work), np.arange(limit, work.sum() + limit, limit))
     cuts = np.unique(np.clip([0, *ends, len(work)], 0, len(work)))
@@ -87,8 +87,8 @@ def slices(work: np.ndarray, limit: float) -> Iterator[slice]:
         yield slice(first, end)
 
 
-def ranges(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All whole numbers of ranges, after the number of the range that each is in."""
+def _ranges(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All whole numbers of ranges, and the number of the range that each is in."""
     which = np.repeat(np.arange(len(first)), count)
     return which, np.arange(len(which)) + (first - np.cumsum(count) + count)[which]
 
@@ -109,7 +109,7 @@ def _split(a: np.ndarray, b: np.ndarray, axis: int, last: int) -> tuple[np.ndarr
     low, high = np.minimum(a[axis], b[axis]), np.maximum(a[axis], b[axis])
     first = np.clip(np.floor(low), 0, last).astype(np.int64)
     count = np.maximum(np.clip(np.ceil(high), 0, last).astype(np.int64) - first, 1)
-    which, line = ranges(first, np.where((high < 0) | (low > last), 0, count))
+    which, line = _ranges(first, np.where((high < 0) | (low > last), 0, count))
     a, b = a.take(which, 1), b.take(which, 1)
     step = b[axis] - a[axis]
     away = np.where(step == 0, 1.0, step)
@@ -193,25 +193,25 @@ class _Total:
         (ax, _, _), (bx, _, _), (cx, _, _) = a, b, c = np.take_along_axis(corners, order[:, None], 0)
         first = np.ceil(np.maximum(ax - _NEAR, 0)).astype(np.int64)
         count = np.floor(np.minimum(cx + _NEAR, self.cols - 1)).astype(np.int64) - first + 1
-        which, line = ranges(first, np.maximum(count, 0))
+        which, line = _ranges(first, np.maximum(count, 0))
         a, b, c = (each.take(which, 1) for each in (a, b, c))
         x = np.clip(line, a[0], c[0])
         is_first = (x <= b[0]) & (b[0] > a[0])
         ends = np.stack([_at(a, c, x), _at(np.where(is_first, a, b), np.where(is_first, b, c), x)])
         turned = ends[0, 1] > ends[1, 1]
         north, south = np.where(turned, ends[::-1], ends)
-        for part in slices(2 + south[1] - north[1], _PART):
+        for part in _slices(2 + south[1] - north[1], _PART):
             self._add_posts(line[part], north[:, part], south[:, part])
         sides = (line > a[0]) & (line > 0) & ~is_sliver[which]  # a triangle has nothing west of its first line
         north, south, rises = north[:, sides], south[:, sides], rise[which[sides]]
-        for part in slices(2 + south[1] - north[1], _PART):
+        for part in _slices(2 + south[1] - north[1], _PART):
             self._add_sides(north[:, part], south[:, part], rises[part])
 
     def _add_posts(self, col: np.ndarray, north: np.ndarray, south: np.ndarray) -> None:
         """Add the posts on lines from north to south."""
         first = np.ceil(np.maximum(north[1] - _NEAR, 0)).astype(np.int64)
         count = np.floor(np.minimum(south[1] + _NEAR, self.rows - 1)).astype(np.int64) - first + 1
-        which, row = ranges(first, np.maximum(count, 0))
+        which, row = _ranges(first, np.maximum(count, 0))
         a, b, col = north.take(which, 1), south.take(which, 1), col[which]
         long = b[1] - a[1]
         t = np.where(long > 0, (np.clip(row, a[1], b[1]) - a[1]) / np.where(long > 0, long, 1.0), 0.0)

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-
-from .check import ranges, slices
 
 _NEAR = 1e-6  # cells: a vertex so close to an edge lies on it
 _SLACK = 1e-3  # cells: a vertex so close to an edge is looked at
@@ -78,7 +77,7 @@ def _near(
         start, end = posts[np.where(turned, b[edges], a[edges])], posts[np.where(turned, a[edges], b[edges])]
         first, final = (np.clip(np.floor(x[:, axis]), -1, last[axis] + 1).astype(np.int64) for x in (start, end))
         count = final - first + 1
-        which, strip = ranges(first, count)
+        which, strip = _ranges(first, count)
         step = (end - start)[which]
         slope = step[:, across] / np.where(step[:, axis] == 0, 1.0, step[:, axis])
         at = np.clip([strip, strip + 1], start[which, axis], end[which, axis])
@@ -86,9 +85,16 @@ def _near(
         low, high = strip * wide + np.clip(ends, -2.0, last[across] + 2.0) + [[-_SLACK], [_SLACK]]
         begin = np.searchsorted(keys[order], low)
         many = np.searchsorted(keys[order], high, "right") - begin
-        for part in slices(many, _PART):
-            piece, vertex = ranges(begin[part], many[part])
-            yield edges[which[part][piece]], rim[order[vertex]]
+        cuts = np.searchsorted(np.cumsum(many), np.arange(_PART, many.sum() + _PART, _PART), "right")
+        for one, two in pairwise([0, *cuts.tolist(), len(many)]):
+            piece, vertex = _ranges(begin[one:two], many[one:two])
+            yield edges[which[one:two][piece]], rim[order[vertex]]
+
+
+def _ranges(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All whole numbers of ranges, after the number of the range that each is in."""
+    which = np.repeat(np.arange(len(first)), count)
+    return which, np.arange(len(which)) + (first - np.cumsum(count) + count)[which]
 
 
 def is_closed(faces: np.ndarray, vertices: int) -> bool:
