@@ -64,7 +64,7 @@ class JumpMeter:
             return
         if painter.drawn != self._of:
             self._of, self._sides, self._steps = painter.drawn, [], self._measured_steps(self._before)
-        if self._steps and next(self._steps, None) is None:
+        if self._steps and painter.go_on(self._steps):
             self._steps = None
             self._scene.window.refresh()
 

@@ -206,6 +206,10 @@ class Painter:
             self._paint(spec, self._draw_steps(renderer, spec, self._budget.way))
         self._go_on()
 
+    def go_on(self, steps: Steps[None]) -> bool:
+        """Take some steps, as many as a frame has time for, but at least one; returns whether all are taken."""
+        return self._budget.run(steps)
+
     def _paint(self, spec: FrameSpec, steps: Steps[None]) -> None:
         """Begin to draw a picture in steps."""
         self._painting = spec, steps
@@ -292,11 +296,11 @@ class Painter:
         self._budget.note(sum(map(drawing_ms, stats)), way)
 
     def _measure(self, renderer: Renderer) -> bool:
-        """Measure one block of posts; returns whether the measurement is now complete."""
+        """Measure for a while; returns whether the measurement is now complete."""
         if not self._unmeasured:
             return False
         self._measuring = self._measuring or self._measure_steps(renderer)
-        next(self._measuring, None)
+        self.go_on(self._measuring)
         return not self._unmeasured
 
     def _measure_steps(self, renderer: Renderer) -> Steps[None]:
