@@ -123,7 +123,7 @@ class Layers:
         if states is None or states == self.state:
             return
         known = {layer.path: layer for layer in self.layers if layer.path}
-        wanted = [known.pop(path, self._of(path, 0)) for path in (each["path"] for each in states)]
+        wanted = [known.pop(path) if path in known else self._of(path, 0) for path in (each["path"] for each in states)]
         for layer, each in zip(wanted, states, strict=True):
             layer.take(each)
         for layer in known.values():

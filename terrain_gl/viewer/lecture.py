@@ -14,7 +14,6 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..basics.words import metres
-from ..pages.map import PagedMap
 from .explainer import BOX, HIDDEN, Explainer
 from .frame_stats import achieved_px
 from .jumps import JumpMeter
@@ -269,8 +268,9 @@ class Lecture:
                 f"cracks{end}": f"{stats['cracks']:,}" if "cracks" in stats else "no",
                 f"achieved{end}": MEASURING if error_px is None else f"{error_px:.3g} px",
             }
-        if isinstance(heightmap := self._scene.heightmap, PagedMap):
-            every_tile = sum(math.prod(heightmap.pages(level)) for level in range(heightmap.top + 1))
+        if streaming := self._scene.renderer.streaming:
+            stored = streaming.terrain.heightmap
+            every_tile = sum(math.prod(stored.pages(level)) for level in range(stored.top + 1))
             resident = max(int(stats.get("tiles_resident", 0)) for stats in self._painter.side_stats)
             numbers |= {"tiles": f"{resident:,}", "all_tiles": f"{every_tile:,}"}
         jumps = self.jumps
