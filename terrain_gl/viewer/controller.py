@@ -61,7 +61,10 @@ class Controller:
 
     @property
     def pose(self) -> Pose:
-        """Place and direction of the camera; setting it stops all motion, except that of keys that are held."""
+        """Place and direction of the camera; setting it stops all motion, except that of keys that are held.
+
+        In orbit, the pivot is then what is in the middle of the picture.
+        """
         x, y, z = (float(v) for v in self.eye)
         return Pose((x, y, z), self.azimuth_deg, self.elevation_deg, self.fov_deg)
 
@@ -72,6 +75,8 @@ class Controller:
         self.pivot: np.ndarray | None = None  # the point that the camera swings around
         self._grabbed_m = 0.0  # distance of the pivot when it was taken
         self._travel: tuple[Pose, Pose, float] | None = None
+        if self.mode == "orbit":
+            self.grab(0.0, 0.0)
 
     @property
     def camera(self) -> Camera:

@@ -311,6 +311,20 @@ def test_orbiting_by_keys_keeps_the_distance_and_the_middle(controller):
     assert np.linalg.norm(pivot - controller.eye) < 0.5 * distance
 
 
+def test_a_new_pose_in_orbit_has_a_pivot_in_the_middle(controller):
+    """A state, or the end of a tour, sets the pose; then the wheel comes nearer to what is in the middle."""
+    controller.change_mode("orbit")
+    controller.pose = Pose((100.0, 700.0, 500.0), 90.0, -30.0, 40.0)
+    middle = controller.pivot
+    assert np.allclose(np.cross(middle - controller.eye, controller.axes[2]), 0, atol=1e-6)
+    before = np.linalg.norm(middle - controller.eye)
+    controller.approach(0.3, 0.1, 3.0)
+    assert np.linalg.norm(middle - controller.eye) < before
+    controller.mode = "fly"
+    controller.pose = controller.pose
+    assert controller.pivot is None
+
+
 def test_a_walker_stays_at_eye_height_and_on_the_map(controller):
     controller.change_mode("walk")
     assert controller.pose.eye == controller.start.eye  # there is no ground below
