@@ -145,7 +145,7 @@ def _solved(found: Lesson) -> str:
     try:
         from .solving import clean, solution
     except ImportError:
-        raise GrowError(f"lesson {found.number}: your copy of the course has no solution of it") from None
+        raise GrowError(f"lesson {found.number}: your copy has no solution of it: ask your lecturer") from None
     return clean(solution(found.folder).read_text(encoding="utf-8"))
 
 

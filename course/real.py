@@ -1,20 +1,20 @@
-"""Tasks in the real code: one line of glsl/ or terrain_gl/ is changed, and named tests say what breaks."""
+"""Tasks in the real code: one line of glsl/ or terrain_gl/ is changed, and named tests say what breaks.
+
+The line and the tests are in the tree that students get.
+"""
 
 from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-from .folders import HERE
-from .solving import SOLUTIONS
+from .solving import SOLUTIONS, copy_project
 
-ROOT = HERE.parent
 HEADING = "## A task in the real code\n"
 
 
@@ -36,11 +36,9 @@ def change(folder: Path) -> Change:
 
 
 def changed_tree(each: Change, out: Path) -> None:
-    """Copy the package and its shaders, and change the line there. The project's own files stay as they are."""
-    ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "terrain_gl", out / "terrain_gl", ignore=ignored)
-    shutil.copytree(ROOT / "glsl", out / "terrain_gl" / "glsl", ignore=ignored)  # as in an installed package
-    path = out / each.file.replace("glsl/", "terrain_gl/glsl/", 1) if each.file.startswith("glsl/") else out / each.file
+    """Copy what students get, and change the line there. The project's own files stay as they are."""
+    copy_project(out)
+    path = out / each.file
     text = path.read_text(encoding="utf-8")
     if text.count(each.old) != 1:
         raise ValueError(f"{each.file}: the old line occurs {text.count(each.old)} times, not once")
@@ -48,9 +46,9 @@ def changed_tree(each: Change, out: Path) -> None:
 
 
 def outcomes(tree: Path, tests: list[str]) -> dict[str, str]:
-    """What tests say of the code in a tree: passed, failed or skipped."""
+    """What tests of a tree say of its code: passed, failed or skipped."""
     command = [sys.executable, "-P", "-m", "pytest", "-q", "-rA", "--tb=no", "-p", "no:cacheprovider", *tests]
-    done = subprocess.run(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True)
+    done = subprocess.run(command, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True)
     found = {
         name: word.lower() for word, name in re.findall(r"^(PASSED|FAILED|ERROR) (.*?)(?: - .*)?$", done.stdout, re.M)
     }

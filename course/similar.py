@@ -1,8 +1,8 @@
 """How much of a hand-in stands in another one, or in the project: names, spaces and comments do not matter.
 
-A text becomes a sequence of tokens. Every name but Python's own, and every name of the blank, is the same token. Two
-texts share the runs of `RUN` tokens that both have. Runs of the blank do not count. The bodies of functions are also
-compared with the reference, one by one, without the names of the blank.
+A text becomes a sequence of tokens. Every name but Python's own, and the names of the blank's code, is the same token.
+Two texts share the runs of `RUN` tokens that both have. Runs of the blank do not count. The bodies of functions are
+also compared with the reference, one by one, without the names of the blank.
 
 A copy in a text that the code unpacks and runs is not seen, so a hand-in that can run texts is told.
 """
@@ -27,6 +27,7 @@ FEWEST = 40  # runs: shorter answers are alike by chance
 ALIKE = 0.8  # the share of the shorter text's runs
 ALIKE_BODY = 0.9  # the share of one function's runs: short functions have fewer ways to be written
 _RUNS_TEXT = re.compile(r"\b(exec|eval|compile|__import__|importlib|runpy|marshal|pickle|ctypes|FunctionType)\b")
+_SHADER = re.compile(r'"""\n#version.*?"""', re.DOTALL)
 _TOKEN = re.compile(r"[^\W\d]\w*|[\d.]+|[^\w\s]")
 
 
@@ -51,8 +52,12 @@ def _code(text: str) -> str:
         found = list(tokenize.generate_tokens(io.StringIO(text).readline))
     except (tokenize.TokenError, SyntaxError):
         return text
-    kept = [token.string for token in found if token.type != tokenize.COMMENT]
+    kept = [_SHADER.sub(_without_comments, token.string) for token in found if token.type != tokenize.COMMENT]
     return re.sub(r'"""(?!\n#version).*?"""', "", " ".join(kept), flags=re.DOTALL)
+
+
+def _without_comments(shader: re.Match[str]) -> str:
+    return re.sub("//.*", "", shader[0])
 
 
 def runs_text(text: str) -> str:
@@ -72,7 +77,7 @@ def _bodies(text: str) -> dict[str, str]:
 
 def likenesses(lesson: Lesson, files: dict[str, Path]) -> list[Likeness]:
     """Pairs of hand-ins of a lesson that are alike, and hand-ins and functions that are like the project's files."""
-    names = frozenset(re.findall(r"[^\W\d]\w*", lesson.original)) | frozenset(keyword.kwlist)
+    names = frozenset(re.findall(r"[^\W\d]\w*", _code(lesson.original))) | frozenset(keyword.kwlist)
     blank = runs(lesson.original, names)
     texts = {name: path.read_text("utf-8", "replace") for name, path in files.items()}
     mine = _counted({name: runs(text, names) - blank for name, text in texts.items()})

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from . import truths
+from . import truths, withheld
 from .folders import BLANKS, HERE, LESSONS, SEED, lessons
 
 SOLUTIONS = HERE / "solutions"
@@ -39,8 +39,10 @@ APART = (
         "rivals.py",
         "leaderboard.py",
         "real.py",
+        "withheld.py",
         "courses.py",
         "test_course*.py",
+        "test_reference.py",
         "blanks",
     ),
     *("*.egg-info", "__pycache__", ".*"),
@@ -112,11 +114,7 @@ def students_tree(out: Path, seed: int = 1, solved: Sequence[Path] = ()) -> None
     checks, which have stored values in place of code. The solutions of lessons in `solved` are there for
     `picture --fill`.
     """
-    shutil.copytree(HERE.parent, out, ignore=_left_out)
-    for path in out.rglob("*.md"):
-        text = path.read_text(encoding="utf-8")
-        if _LECTURERS.search(text):
-            path.write_text(_LECTURERS.sub("", text), encoding="utf-8")
+    copy_project(out)
     course = out / HERE.name
     (course / SEED.name).write_text(f"{seed}\n", encoding="utf-8")
     (course / BLANKS.name).mkdir()
@@ -133,6 +131,21 @@ def students_tree(out: Path, seed: int = 1, solved: Sequence[Path] = ()) -> None
             truths.write(course / truths.STORED.name / folder.name / str(each), _true_values(folder, each))
         check = course / LESSONS.name / folder.name / "check.py"
         check.write_text(truths.without_code(check.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def copy_project(out: Path) -> None:
+    """Copy this repository without what has answers: solutions, lecturers' parts, the reference, tests that need it."""
+    shutil.copytree(HERE.parent, out, ignore=_left_out)
+    for path in out.rglob("*.md"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(withheld.without_links(_LECTURERS.sub("", text)), encoding="utf-8")
+    for path in (out / "tests").rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(withheld.without_reference(text), encoding="utf-8")
+        if withheld.has_tests(text) and not withheld.has_tests(path.read_text(encoding="utf-8")):
+            path.unlink()
+    packages = (out / "setup.cfg").read_text(encoding="utf-8")
+    (out / "setup.cfg").write_text(packages.replace("    terrain_gl.reference\n", ""), encoding="utf-8")
 
 
 def _true_values(folder: Path, seed: int) -> list[list[Any]]:
@@ -156,5 +169,6 @@ def _left_out(folder: str, names: list[str]) -> set[str]:
     kept = {name for name in names if not top or name in HANDED_OUT}
     hidden = shutil.ignore_patterns(*APART)(folder, names)
     if Path(folder) == HERE.parent / "docs":
-        hidden |= {"examples"}  # pages that the site's program writes
+        hidden |= {"examples", "figures.py"}  # pages that the site's program writes; figures drawn with the reference
+    hidden |= {Path(path).name for path in withheld.PATHS if Path(folder) == (HERE.parent / path).parent}
     return set(names) - kept | hidden

@@ -7,10 +7,9 @@ import numpy as np
 from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
 from terrain_gl.gpu import layout
-from terrain_gl.heightmap import Heightmap
+from terrain_gl.heightmap import Heightmap, bilinear
 from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.mesh import captured_triangles
-from terrain_gl.reference import bilinear_heights
 from terrain_gl.terrain import Terrain
 from terrain_gl.verify.measure import Measurement
 
@@ -61,7 +60,7 @@ def ridges(rows, cols, seed, relief=500.0):
     """Mountains with smooth slopes: rough land of eight posts, bilinear in between, and a little of its own noise."""
     coarse = rough(rows // 8 + 2, cols // 8 + 2, seed, relief).astype("f8")
     y, x = np.indices((rows, cols)) / 8
-    return (bilinear_heights(coarse, x, y) + rough(rows, cols, seed, 0.01 * relief)).astype("f4")
+    return (bilinear(coarse, x, y) + rough(rows, cols, seed, 0.01 * relief)).astype("f4")
 
 
 def cliff(n=131):

@@ -7,8 +7,8 @@ from maps import Scene
 
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.gpu import layout, shaders
+from terrain_gl.heightmap import bilinear
 from terrain_gl.mesh import MeshDraws
-from terrain_gl.reference import bilinear_heights
 
 PLACES = 5  # along a cell's side
 UNIT = 64  # vertices stand on 64ths of a post
@@ -145,7 +145,8 @@ def _cross(u, v):
 def _screen_errors(scene, places, camera):
     heightmap = scene.heightmap
     col, row, drawn = places.T
-    truth = bilinear_heights(scene.terrain.filled.astype("f8"), col, row)
+    inside = np.minimum(col, heightmap.cols - 1), np.minimum(row, heightmap.rows - 1)  # thirds of a side are rounded
+    truth = bilinear(scene.terrain.filled.astype("f8"), *inside)
     east, north = heightmap.spacing_m
     points = np.stack([col * east, (heightmap.rows - 1 - row) * north, truth], -1)
     px, seen = screen_shift_px(camera, scene.size, points, drawn - truth, scene.near_m)

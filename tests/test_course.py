@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import keyword
 import os
 import re
 import subprocess
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 from courses import NUMBERS, ROOT, checking, folders, outcomes, solved, solving, told
 
-from course import mutants, real  # noqa: E402
+from course import mutants, similar, withheld  # noqa: E402
 
 WRONG = [(number, wrong.name) for number in NUMBERS for wrong in solving.wrong_answers(checking.lesson(number).folder)]
 SLOW = ("loop_of_means",)
@@ -150,6 +151,100 @@ def test_the_students_tree_has_no_solutions_and_checks(tree):
     assert done.stdout == '7 """Lesson\n', done.stderr
 
 
+def functions(paths, without=frozenset()):
+    """The runs of tokens of all functions with enough of them, by file and name."""
+    bodies = ((path, name, body) for path in paths for name, body in similar._bodies(path.read_text("utf-8")).items())
+    found = {(str(path), name): similar.runs(body, frozenset(keyword.kwlist)) - without for path, name, body in bodies}
+    return {which: runs for which, runs in found.items() if len(runs) >= similar.FEWEST}
+
+
+def answers_in(paths):
+    """Functions of the reference, and solutions, of which most stands in one function of the files."""
+    handed, found = functions(paths).values(), []
+    blanks = set().union(*functions(path / "student.py" for path in folders.lessons()).values())
+    secret = functions((ROOT / "terrain_gl" / "reference").glob("*.py"))
+    secret |= functions((solving.solution(folder) for folder in folders.lessons()), blanks)
+    assert len(secret) > 60
+    for which, runs in secret.items():
+        if max(len(runs & theirs) / len(runs) for theirs in handed) > 0.6:
+            found.append(which)
+    return found
+
+
+@pytest.mark.slow
+def test_what_has_answers_is_not_handed_out(tree):
+    """Neither the reference, nor what imports it, nor a function like one of the answers."""
+    files = [path for path in tree.rglob("*.py") if path.name != "student.py"]
+    texts = {path: path.read_text(encoding="utf-8") for path in files}
+    assert [path for path, text in texts.items() if withheld.without_reference(text) != text] == []
+    assert not (tree / "terrain_gl" / "reference").exists() and "reference" not in (tree / "setup.cfg").read_text()
+    assert len(files) > 300 and answers_in(files) == []
+    assert len(answers_in((ROOT / "terrain_gl" / "reference").glob("*.py"))) > 30
+    links = re.findall(r"\]\(([^)]*reference/[^)]*)\)", "".join(p.read_text("utf-8") for p in tree.rglob("page.md")))
+    assert links == []
+
+
+@pytest.mark.slow
+def test_tests_that_are_handed_out_can_be_collected(tree):
+    """No test asks for a helper that was left out."""
+    command = [sys.executable, "-P", "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
+    done = subprocess.run(command, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True)
+    assert done.returncode == 0 and " error" not in done.stdout, done.stdout[-2000:] + done.stderr
+
+
+@pytest.mark.slow
+def test_what_needs_the_reference_says_so(tree):
+    """The package works without; only the curve of pruned quadtrees does not."""
+    code = """
+import numpy as np
+from terrain_gl import Camera, Heightmap
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.comparison.study import pruned_curve
+try:
+    pruned_curve(None, None, [])
+except TerrainError as error:
+    print(error)
+"""
+    env = os.environ | {"PYTHONPATH": str(tree)}
+    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tree, env=env, capture_output=True, text=True)
+    assert done.stdout == "the curve of pruned quadtrees needs terrain_gl.reference, which is not installed\n", done
+
+
+def test_what_needs_the_reference_is_left_out_of_a_test_file():
+    """Through values, helpers and fixtures, and whatever the import looks like; the others stay as they are."""
+    kept = "import pytest\n\n\n@pytest.fixture\ndef land():\n    return 1\n\n\ndef test_land(land):\n    assert land\n"
+    needy = """
+
+LIMIT = reference.sat.limit
+
+
+@pytest.fixture
+@staticmethod
+def truth():
+    return LIMIT
+
+
+def helper():
+    from terrain_gl import reference
+    return reference
+
+
+def test_truth(land, truth):
+    assert land < truth
+
+
+def test_helper():
+    assert helper() and table.sums
+"""
+    imports = "from terrain_gl import Camera, reference\nfrom terrain_gl.reference import sat as table\n"
+    assert withheld.without_reference(kept) == kept
+    found = withheld.without_reference(imports + kept + needy)
+    assert found.split() == ["from", "terrain_gl", "import", "Camera", *kept.split()]
+    assert withheld.has_tests(found) and not withheld.has_tests(withheld.without_reference(imports + needy))
+    link = "see [`bound.py`](../../../terrain_gl/reference/bound.py), [a](b.md)"
+    assert withheld.without_links(link) == "see `bound.py` (not in this tree), [a](b.md)"
+
+
 def checked_in(tree, number, path, *words):
     """The output of the command `check` in a tree, which has its own package of the project."""
     command = [sys.executable, "-m", "course", "check", str(number), str(path), *words]
@@ -189,13 +284,8 @@ def test_students_checks_have_values_in_place_of_code(tree, tmp_path, number):
 
 @pytest.mark.slow
 def test_students_have_maps_of_three_seeds_and_no_reference_in_checks(tree, tmp_path):
-    """A change that a task in the real code left behind makes no right answer wrong."""
     (tmp_path / "a.py").write_text(solved(5))
     assert "seeds 7, 8, 9" in checked_in(tree, 5, tmp_path / "a.py", "--seed", "10")
-    each = real.change(checking.lesson(5).folder)
-    path = tree / each.file
-    assert each.file.startswith("terrain_gl/reference/") and each.old in path.read_text()
-    path.write_text(path.read_text().replace(each.old, each.new))
     assert "12 of 12 points" in checked_in(tree, 5, tmp_path / "a.py")
 
 

@@ -169,6 +169,19 @@ def test_copies_are_told_whatever_their_names_and_comments(graded):
     assert not any("like" in notes[name] for name in (*MALICIOUS, "blank", "nothing"))
 
 
+def test_a_copied_shader_is_told_whatever_its_names_are(tmp_path):
+    """Words in the blank's comments, such as `post`, are no names of its code."""
+    lesson = checking.lesson(8)
+    changed = re.sub(r"//.*", "// mine", solved(8))
+    for old, new in (("drawn", "seen"), ("levels", "parts"), ("post", "where")):
+        assert re.search(rf"\b{old}\b", changed)
+        changed = re.sub(rf"\b{old}\b", new, changed)
+    (tmp_path / "anna.py").write_text(solved(8))
+    (tmp_path / "ben.py").write_text(changed)
+    found = similar.likenesses(lesson, {name: tmp_path / f"{name}.py" for name in ("anna", "ben")})
+    assert [each.share for each in found if {each.one, each.other} == {"anna", "ben"}] == [1.0]
+
+
 def test_other_solutions_of_one_task_are_not_alike():
     """The checks' own computations are answers by another hand: they share less than a fifth with the solutions."""
     for number in courses.NUMBERS:

@@ -10,10 +10,10 @@ CHANGED = [number for number in NUMBERS if number >= 3]
 @pytest.mark.slow
 @pytest.mark.parametrize("number", CHANGED)
 def test_a_changed_line_breaks_the_tests_that_are_named_and_no_other_of_them(tmp_path, number):
-    """Each runs in a process of its own, with a copy of the code: that is why it takes more than a second."""
+    """Each runs in a process of its own, with a copy of what students get: that is why it takes more than a second."""
     each = real.change(checking.lesson(number).folder)
-    real.changed_tree(each, tmp_path)
-    found = real.outcomes(tmp_path, [*each.fails, *each.passes])
+    real.changed_tree(each, tmp_path / "tree")
+    found = real.outcomes(tmp_path / "tree", [*each.fails, *each.passes])
     if "skipped" in found.values():
         pytest.skip("no OpenGL here")
     assert found == dict.fromkeys(each.fails, "failed") | dict.fromkeys(each.passes, "passed")
@@ -29,4 +29,4 @@ def test_the_page_has_the_task_and_not_its_answer(number):
 
 def test_a_change_that_finds_no_line_is_noticed(tmp_path):
     with pytest.raises(ValueError, match="0 times"):
-        real.changed_tree(real.Change("glsl/sat/scan.comp", "no such line", "", "", [], []), tmp_path)
+        real.changed_tree(real.Change("glsl/sat/scan.comp", "no such line", "", "", [], []), tmp_path / "tree")

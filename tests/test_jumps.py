@@ -7,7 +7,7 @@ from maps import Scene, rough
 from terrain_gl.basics.steps import drain
 from terrain_gl.camera import Camera, in_picture, shift_px
 from terrain_gl.gpu.layout import PLACES
-from terrain_gl.heightmap import Heightmap
+from terrain_gl.heightmap import Heightmap, bilinear
 
 POSTS, SPACING_M = 97, 10.0
 WAYS = {
@@ -34,9 +34,7 @@ def shown(scene, camera, asked):
     row, col = np.indices((side, side)) / PLACES
     z = scene.measurement.terrain.heightmap.heights
     off_m = scene.measurement.errors_m(selection, (0, 0, side, side)).astype("f8")
-    from terrain_gl import reference
-
-    points = np.stack([col * SPACING_M, (POSTS - 1 - row) * SPACING_M, reference.bilinear_heights(z, col, row)], -1)
+    points = np.stack([col * SPACING_M, (POSTS - 1 - row) * SPACING_M, bilinear(z, col, row)], -1)
     at = [axis.ravel() for axis in np.moveaxis((points - camera.eye) @ camera.axes.T, -1, 0)]
     off_m = off_m.ravel()
     seen = in_picture(camera, scene.size, at, scene.near_m) & np.isfinite(off_m)

@@ -30,15 +30,21 @@ def scene(session_context):
         scene.release()
 
 
-@given(
+ANY_RINGS = given(
     st.tuples(st.floats(-50, 900), st.floats(-50, 900)),
     st.tuples(st.integers(1, 900), st.integers(1, 900)),
     st.tuples(st.floats(0.01, 100), st.floats(0.01, 100)),
     st.floats(0, 1e5),
 )
+
+
+def rings_of(at, last, spacing_m, away_m):
+    return rings_around(at, away_m, last, spacing_m, top_level=max(1, (max(last) - 1).bit_length()))
+
+
+@ANY_RINGS
 def test_rings_stand_where_the_reference_puts_them(at, last, spacing_m, away_m):
-    top = max(1, (max(last) - 1).bit_length())
-    rings = rings_around(at, away_m, last, spacing_m, top)
+    rings = rings_of(at, last, spacing_m, away_m)
     eye = tuple(min(max(a, 0), float(end)) for a, end in zip(at, last, strict=True))
     across = [max(BLOCKS_ACROSS, round(BLOCKS_ACROSS * max(spacing_m) / s)) for s in spacing_m]
     for ring in rings:
@@ -46,6 +52,11 @@ def test_rings_stand_where_the_reference_puts_them(at, last, spacing_m, away_m):
         for i in range(2):
             rows = twin.rows_on_map(origin[i], across[i], ring.level, last[i])
             assert (ring.origin[i], ring.blocks[i]) == (origin[i] + side * rows[0], len(rows))
+
+
+@ANY_RINGS
+def test_a_ring_has_whole_cells_of_the_next_in_its_middle(at, last, spacing_m, away_m):
+    rings = rings_of(at, last, spacing_m, away_m)
     for finer, ring in zip(rings, rings[1:], strict=False):
         assert ring.level == finer.level + 1
         for i in range(2):

@@ -1,18 +1,22 @@
 """Figures for print, made with matplotlib: methods side by side, and error against triangles."""
 
+from __future__ import annotations
+
 import io
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from .compare import LABELS, inset_of
-from .pruned import Allocation
 from .study import Study
+
+if TYPE_CHECKING:
+    from .pruned import Allocation
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": colours that people with any colour vision can tell apart

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..basics.steps import Progress
 from ..camera import Camera
@@ -12,7 +12,9 @@ from ..renderer import Renderer
 from ..renderer.methods import BASELINES
 from .compare import COMPARED, FINE, MethodResult, Truth, best_pictured, entry_of, measured, part, truth_of
 from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, pruned_curve
-from .pruned import Allocation
+
+if TYPE_CHECKING:
+    from .pruned import Allocation
 
 VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
 MANY = 4  # with vertices between posts: most triangles that are tried, as a multiple of those of a mesh with every post
@@ -135,17 +137,17 @@ def study(
     shown = part(progress, 0, parts)
     pictures = len(COMPARED) + 1
     truth = truth_of(renderer, camera, fine, part(shown, 0, pictures), **options)
+    most = truth.stats["triangles"]
+    budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
+    pruned = pruned_curve(renderer, camera, budgets, options.get("near_m")) if with_curves else None
     entries = []
     for i, (method, detail) in enumerate(details.items(), 1):
         seen = {"from_mesh": from_mesh and method in BASELINES} | options
         pictured = best_pictured(renderer, camera, truth, method, tried.get(method, [detail]), **seen)
         step = part(shown, i, pictures)
         entries.append(entry_of(renderer, camera, truth, method, fine, step, pictured, **detail, **seen))
-    found = Study(truth, entries, triangles, max_error_px, between, from_mesh)
-    most = truth.stats["triangles"]
+    found = Study(truth, entries, triangles, max_error_px, between, from_mesh, pruned=pruned)
     if with_curves:
-        budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
-        found.pruned = pruned_curve(renderer, camera, budgets, options.get("near_m"))
         found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, parts), between, **options)
     if own and max_error_px:
         found.needed = {"sat": own}

@@ -133,22 +133,25 @@ def faults(student, rng):
         )
 
 
+@private
+def history():
+    """Years of the papers, of what each method is made, and what decides."""
+    return {
+        "ROAM": ((1997,), "bintree", "error"),
+        "geometry clipmaps": ((2004,), "rings", "distance"),
+        "CDLOD": ((2009, 2010), "quadtree", "distance"),
+        "CBT": ((2020,), "bintree", "edge length"),
+    }
+
+
 @task("12.5 history", points=1)
 def places(student, rng):
     """The four methods of the page."""
-    known = {
-        "ROAM": (1997, "bintree", "error"),
-        "geometry clipmaps": (2004, "rings", "distance"),
-        "CDLOD": (2010, "quadtree", "distance"),
-        "CBT": (2020, "bintree", "edge length"),
-    }
     got = student.places()
-    for name, (year, made, decides) in known.items():
+    for name, (years, made, decides) in history().items():
         said = got.get(name) if isinstance(got, dict) else None
         fits = isinstance(said, tuple | list) and len(said) == 3
-        yield holds(
-            f"{name}: year", fits and said[0] in (year, *((2009,) if name == "CDLOD" else ())), "look into its paper"
-        )
+        yield holds(f"{name}: year", fits and said[0] in years, "look into its paper")
         yield holds(f"{name}: made of", fits and said[1] == made, "what is cut, and how?")
         yield holds(f"{name}: decided by", fits and said[2] == decides, "what does the program ask before it splits?")
 
