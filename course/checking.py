@@ -227,7 +227,7 @@ def compare(
     where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
     text = f"largest difference {largest:.3g}" + (f" at {where}" if where else "")
     if verdict != EXACT:
-        text += f": yours {_short(found[at])}, expected {_short(want[at])}"
+        text += ": yours {}, expected {}".format(*_unlike(found[at], want[at]))
     return Finding(what, verdict, text, found, want)
 
 
@@ -248,7 +248,8 @@ def at_least(what: str, got: Any, floor: Any, axes: tuple[str, ...] = (), roundi
     where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
     share = float((short > slack).mean())
     text = f"{share:.0%} are too small, the worst" + (f" at {where}" if where else "")
-    return Finding(what, WRONG, f"{text}: yours {_short(found[at])}, at least {_short(floor[at])}", found, floor)
+    text += ": yours {}, at least {}".format(*_unlike(found[at], floor[at]))
+    return Finding(what, WRONG, text, found, floor)
 
 
 def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Finding:
@@ -297,5 +298,11 @@ def _numbers(got: Any, shape: tuple[int, ...]) -> tuple[np.ndarray | None, str]:
     return found, ""
 
 
-def _short(value: Any) -> str:
-    return str(int(value)) if np.asarray(value).dtype.kind in "biu" else f"{float(value):.6g}"
+def _short(value: Any, digits: int = 6) -> str:
+    return str(int(value)) if np.asarray(value).dtype.kind in "biu" else f"{float(value):.{digits}g}"
+
+
+def _unlike(one: Any, other: Any) -> tuple[str, str]:
+    """Two numbers with so many digits that they do not look equal."""
+    pairs = [(_short(one, digits), _short(other, digits)) for digits in (6, 9, 12, 17)]
+    return next((pair for pair in pairs if pair[0] != pair[1]), pairs[0])

@@ -15,6 +15,8 @@ from typing import NamedTuple
 
 from .solving import SOLUTIONS, copy_project
 
+# A tree is tried alone: without the package that is installed here, which would lend it what it lacks.
+ALONE = "import sys\nsys.meta_path[:] = [each for each in sys.meta_path if '__editable__' not in str(each)]\n"
 HEADING = "## A task in the real code\n"
 
 
@@ -47,7 +49,8 @@ def changed_tree(each: Change, out: Path) -> None:
 
 def outcomes(tree: Path, tests: list[str]) -> dict[str, str]:
     """What tests of a tree say of its code: passed, failed or skipped."""
-    command = [sys.executable, "-P", "-m", "pytest", "-q", "-rA", "--tb=no", "-p", "no:cacheprovider", *tests]
+    code = f"{ALONE}import pytest\nsys.exit(pytest.main(sys.argv[1:]))"
+    command = [sys.executable, "-P", "-c", code, "-q", "-rA", "--tb=no", "-p", "no:cacheprovider", *tests]
     done = subprocess.run(command, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True)
     found = {
         name: word.lower() for word, name in re.findall(r"^(PASSED|FAILED|ERROR) (.*?)(?: - .*)?$", done.stdout, re.M)

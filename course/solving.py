@@ -43,6 +43,8 @@ APART = (
         "courses.py",
         "test_course*.py",
         "test_reference.py",
+        "numbers_of_pages.py",
+        "test_numbers.py",
         "blanks",
     ),
     *("*.egg-info", "__pycache__", ".*"),

@@ -13,7 +13,10 @@ import re
 from .folders import HERE
 
 PATHS = ("terrain_gl/reference", "terrain_gl/comparison/pruned.py")
-_PROGRAMS, _HELPERS = ({p.stem for p in (HERE.parent / name).rglob("*.py")} for name in ("benchmarks", "tests"))
+_PROGRAMS, _HELPERS = (
+    {path.stem for each in files for path in HERE.parent.glob(each)}
+    for files in (("benchmarks/*.py", "benchmarks/open/*.py"), ("tests/*.py",))
+)
 MODULES = *(path.removesuffix(".py").replace("/", ".") for path in PATHS), *sorted(_PROGRAMS - _HELPERS)
 _LINK = re.compile(rf"\[([^\]]*)\]\([^)]*(?:{'|'.join(PATHS)})[^)]*\)")
 _Import = ast.Import | ast.ImportFrom
@@ -57,7 +60,7 @@ def _hidden_names(part: ast.AST) -> set[str]:
     """The names that imports of what is left out bring, wherever they stand in a part."""
     found = set()
     for node in ast.walk(part):
-        if isinstance(node, _Import):
+        if isinstance(node, _Import) and not getattr(node, "level", 0):
             within = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
             found |= {each.asname or each.name for each in node.names if _is_hidden(within + each.name)}
     return found

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from courses import NUMBERS, ROOT, checking, folders, outcomes, solved, solving, told
 
-from course import mutants, similar, withheld  # noqa: E402
+from course import mutants, real, similar, withheld  # noqa: E402
 
 WRONG = [(number, wrong.name) for number in NUMBERS for wrong in solving.wrong_answers(checking.lesson(number).folder)]
 SLOW = ("loop_of_means",)
@@ -187,7 +187,8 @@ def test_what_has_answers_is_not_handed_out(tree):
 @pytest.mark.slow
 def test_tests_that_are_handed_out_can_be_collected(tree):
     """No test asks for a helper that was left out."""
-    command = [sys.executable, "-P", "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
+    code = f"{real.ALONE}import pytest\nsys.exit(pytest.main(sys.argv[1:]))"
+    command = [sys.executable, "-P", "-c", code, "--collect-only", "-q", "-p", "no:cacheprovider"]
     done = subprocess.run(command, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True)
     assert done.returncode == 0 and " error" not in done.stdout, done.stdout[-2000:] + done.stderr
 
@@ -195,9 +196,7 @@ def test_tests_that_are_handed_out_can_be_collected(tree):
 @pytest.mark.slow
 def test_what_needs_the_reference_says_so(tree):
     """The package works without; only the curve of pruned quadtrees does not."""
-    code = """
-import numpy as np
-from terrain_gl import Camera, Heightmap
+    code = f"""{real.ALONE}
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.comparison.study import pruned_curve
 try:

@@ -27,6 +27,7 @@ def origin(student, rng):
     want = [origin_of(*each) for each in asked]
     got = [student.ring_origin(*each) for each in asked]
     yield compare("212 rings", got, want, axes=("ring", "axis"))
+    yield holds("whole numbers", np.asarray(got).dtype.kind in "iu", "expected whole numbers, got others")
 
 
 @task("13.2 the units that are drawn", points=2)
@@ -125,7 +126,7 @@ def within(student, rng):
     """Tested on boxes that do not begin at tiles, at the map's rim, and with entries of tables above 255."""
     rows, cols = (int(n) for n in rng.integers(40, 60, 2))
     errors, tables = level_of(rng, rows, cols)
-    got, want, over = [], [], []
+    got, want, over, wrong = [], [], [], ""
     for i in range(400):
         tile = int(rng.choice([2, 4, 8]))
         side = int(rng.integers(1, 14 * tile))
@@ -141,6 +142,9 @@ def within(student, rng):
         want.append(answers(tables, tile, low, end, last, error_m))
         got.append(bool(student.is_within(tables, LIMITS, 400.0, low, end, tile, error_m)))
         over.append(got[-1] and true > error_m)
+        if got[-1] != want[-1] and not wrong:
+            wrong = f"box {i}: expected {want[-1]} for low {low}, end {end}, tile {tile}, error_m {error_m:.6g}"
+    yield holds("the first wrong box", not wrong, wrong)
     yield holds("no box is over tolerance", not any(over), f"{sum(over)} of 400 boxes have a tile above the error")
     yield compare("400 boxes", np.array(got, int), np.array(want, int), axes=("box",))
 

@@ -41,12 +41,14 @@ def bounds(heights):
 def pixels(heights, metres, spacing_m, eyes, focal_px):
     """`metres` in pixels, for each eye (x, y, z), (frames, n, n): the error moves, and everything inside. Done for you.
 
-    The nearest place of the land inside counts, so a post has no less than the posts inside.
+    The nearest place of the land inside counts, so a post has no less than the posts inside. All eyes are higher than
+    all land.
     """
     n = len(heights)
     y, x = np.indices(heights.shape) * spacing_m
     radius = np.zeros(heights.shape)
     for middle, _, other in middles(n):
+        # the posts inside lie within 1/√2 + 1/2 + 1/√8 + … < 2.5 halves of the side
         radius[middle] = 2.5 * spacing_m * np.hypot(other[0] - middle[0], other[1] - middle[1])
     found = []
     for east, south, up in eyes:
@@ -74,7 +76,9 @@ def jump_px(before, after, scale):
 
 
 def still(active, px, error_px, share):
-    """14.3 Hysteresis: the next active posts. A post joins if its px is above the error, and leaves at share · error.
+    """14.3 Hysteresis: the next active posts.
+
+    A post joins if its px is above the error. It stays while its px is above share · error.
 
     active    bool (n, n), the posts of the frame before
     px        bounds in pixels (n, n) in this frame

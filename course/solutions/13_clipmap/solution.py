@@ -77,7 +77,7 @@ def is_within(tables, limits, span_m, low, end, tile, error_m):
 
     tables    (64, rows + 1, cols + 1) uint8: [c, b, a] counts the tiles in the first b rows and the first a columns
               that have an error above limits[c], modulo 256
-    limits    (64,) metres, falling; no error is above span_m
+    limits    (64,) metres, falling; no error is above span_m, so an error_m of span_m or more always holds
     low, end  the box: the land between the posts (x, y) low and end; it need not begin at a tile, and may stick out of
               the map. A tile that only touches the box from outside does not meet it
     tile      posts a side of a tile; the box meets 255 tiles at most, and one at least
@@ -107,7 +107,8 @@ def cut_block(steps, unit_log2):
                not in it. A unit, of depth 3, is never None.
     unit_log2  log2 of the posts along a unit
     returns    (8, 8, 2) whole numbers, [row, column]: for each unit, log2 of the units a side of the square that it is
-               in, and log2 of its spacing; (-1, 0) if there is nothing to draw
+               in, and log2 of its spacing; (-1, 0) if no square is drawn there. A drawn square may have units
+               without land: they have the numbers of the square
     """
     # solution
     leaves = np.zeros((UNITS, UNITS, 2), int)
