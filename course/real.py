@@ -13,10 +13,11 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
+from . import withheld
 from .solving import SOLUTIONS, copy_project
 
-# A tree is tried alone: without the package that is installed here, which would lend it what it lacks.
-ALONE = "import sys\nsys.meta_path[:] = [each for each in sys.meta_path if '__editable__' not in str(each)]\n"
+# The package that is installed here does not lend a tree what it lacks.
+ALONE = f"import sys\nsys.modules |= dict.fromkeys({withheld.REFERENCE})\n"
 HEADING = "## A task in the real code\n"
 
 

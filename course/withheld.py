@@ -17,7 +17,8 @@ _PROGRAMS, _HELPERS = (
     {path.stem for each in files for path in HERE.parent.glob(each)}
     for files in (("benchmarks/*.py", "benchmarks/open/*.py"), ("tests/*.py",))
 )
-MODULES = *(path.removesuffix(".py").replace("/", ".") for path in PATHS), *sorted(_PROGRAMS - _HELPERS)
+REFERENCE = tuple(path.removesuffix(".py").replace("/", ".") for path in PATHS)
+MODULES = *REFERENCE, *sorted(_PROGRAMS - _HELPERS)
 _LINK = re.compile(rf"\[([^\]]*)\]\([^)]*(?:{'|'.join(PATHS)})[^)]*\)")
 _Import = ast.Import | ast.ImportFrom
 

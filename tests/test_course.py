@@ -190,7 +190,7 @@ def test_tests_that_are_handed_out_can_be_collected(tree):
     code = f"{real.ALONE}import pytest\nsys.exit(pytest.main(sys.argv[1:]))"
     command = [sys.executable, "-P", "-c", code, "--collect-only", "-q", "-p", "no:cacheprovider"]
     done = subprocess.run(command, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True)
-    assert done.returncode == 0 and " error" not in done.stdout, done.stdout[-2000:] + done.stderr
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr
 
 
 @pytest.mark.slow
