@@ -7,7 +7,7 @@ whole picture. The panel, which changes with every event, is not looked at; so t
 divider of a new split covers less than a hundredth of it, so for a split the first frame has both sides.
 
 Then it flies forwards (W), and prints the frames a second, how they were drawn, and the time from the release of the
-key to the whole picture and to its measured error.
+key to the whole picture, to its achieved error, and to the measurement of all places.
 
 An event waits for the present frame, and the next frame shows it. So the longest step (of loading, light, the full
 picture, measuring) should take no longer than a frame in motion. This prints both, in elapsed milliseconds and in
@@ -125,7 +125,11 @@ def fly(app: App) -> None:
     whole = _now() - begun
     while app.viewer.painter.frame.achieved_px is None:
         app.frame(time.perf_counter())
-    for what, (clock_s, work_s) in (("whole picture", whole), ("measured error", _now() - begun)):
+    measured = _now() - begun
+    while not app.viewer.painter.is_measured:
+        app.frame(time.perf_counter())
+    found = {"whole picture": whole, "achieved error": measured, "achieved error, all places": _now() - begun}
+    for what, (clock_s, work_s) in found.items():
         print(f"        {what} {clock_s:.2f} s after the key ({work_s:.2f} of the processor)", flush=True)
 
 

@@ -8,7 +8,8 @@ import terrain_gl as tg
 from terrain_gl import reference
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.heightmap import bilinear
-from terrain_gl.lod.every_post import TRUTH, commands_for
+from terrain_gl.lod.every_post import TRUTH
+from terrain_gl.lod.patches import commands_for
 from terrain_gl.shade.picture import UNLIT
 
 AT = -0.125, -0.375  # of the first sample, from the middle of its pixel: right, up
@@ -57,13 +58,14 @@ def test_heights_between_posts_are_bilinear(ctx):
 
 def test_no_draw_makes_more_vertices_than_software_can_count():
     counts = (5, 70000, 3, 0, 1234, 60001)
-    commands = list(commands_for(list(counts), TRUTH))
+    vertices = [(TRUTH * 2**size + 1) ** 2 for size in range(len(counts))]
+    commands = list(commands_for(counts, vertices))
     assert sum(command[0] for command in commands) == sum(counts)
     first = 0
     for patches, _, begin, *_ in commands:
         assert begin == first
         size = int(np.searchsorted(np.cumsum(counts), begin, side="right"))
-        assert patches * (TRUTH * 2**size + 1) ** 2 <= 65535
+        assert patches * vertices[size] <= 65535
         first += patches
 
 

@@ -1,6 +1,7 @@
 """The certificate: achieved ≤ certified ≤ tolerance, and no holes, for hard maps, real and random ones."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,8 +26,10 @@ from maps import (
 from ring_scenes import change_shaders
 
 import terrain_gl as tg
+from terrain_gl.basics.steps import drain
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.camera.rounding import certified_rounding_px
+from terrain_gl.gpu import layout
 from terrain_gl.gpu.gl import triangles_made
 from terrain_gl.heightmap import Heightmap, bilinear
 from terrain_gl.mesh import captured_triangles, vertex_heights
@@ -299,6 +302,72 @@ def test_a_step_of_measuring_draws_a_part_of_the_mesh(ctx, monkeypatch):
     (parts, achieved), (regions, at_once) = measured(1), measured(mesh.draws)
     assert achieved == at_once and mesh.draws > 1
     assert sum(parts) == sum(regions) and max(parts) < 0.8 * max(regions)
+
+
+def largest_px(scene, selection, camera, tile=64):
+    return drain(scene.measurement.largest_steps(selection, camera, scene.size, scene.near_m, tile))
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_the_largest_error_alone_is_that_of_all_places(ctx, sample, name):
+    """Or it is left to the measurement of all places, as on maps of few patches."""
+    scene = Scene.of(ctx, MAPS[name]())
+    for view, camera in sample([*cameras(scene.heightmap).items()], 3):
+        for how in ({"tolerance_px": 0.3}, {"triangles": 3000}, {"triangles": 3000, "metric": "max"}):
+            mesh = scene.select(camera, **how)
+            assert largest_px(scene, mesh, camera) in (None, scene.achieved(mesh, camera).max_px), (view, how)
+        mean = scene.select(camera, 0.5, "rms")
+        assert mean.farthest_px is None or largest_px(scene, mean, camera) is None, view
+
+
+@pytest.mark.slow
+@settings(max_examples=10)
+@given(st.integers(60, 200), st.integers(60, 200), st.integers(0, 10**6))
+def test_the_largest_error_alone_is_that_of_all_places_from_anywhere(ctx, rows, cols, seed):
+    rng = np.random.default_rng(seed)
+    scene = Scene.of(ctx, random_map(rng, rows, cols))
+    for _ in range(3):
+        camera = random_camera(rng, scene.heightmap)
+        mesh = scene.select(camera, float(10 ** rng.uniform(-1.5, 0)))
+        assert largest_px(scene, mesh, camera) in (None, scene.achieved(mesh, camera).max_px)
+    scene.release()
+
+
+def test_the_largest_error_is_found_in_a_small_part_of_the_mesh_and_relies_on_its_bounds(ctx, monkeypatch):
+    scene = Scene.of(ctx, Heightmap(rough(400, 400, 2, 900.0), 30.0), (1280, 720))
+    camera = cameras(scene.heightmap, scene.size)["default"]
+    mesh = scene.select(camera, 0.3)
+    patches = mesh.buffers.patches
+    records = np.frombuffer(patches.read(mesh.patches * layout.PATCH.itemsize), layout.PATCH).copy()
+
+    def triangles_and_px(bounds_px):
+        """Triangles that are drawn to find the largest error if patches had other bounds, and this error."""
+        told = records.copy()
+        told["bound_px"] = bounds_px
+        patches.write(told.tobytes())
+        with triangles_made(ctx) as made:
+            px = largest_px(scene, mesh, camera, 512)
+        return made.value, px
+
+    true_px = scene.achieved(mesh, camera).max_px
+    pruned, px = triangles_and_px(records["bound_px"])
+    assert px == true_px and 0 < pruned < 0.25 * mesh.triangles
+    without = np.full(len(records), mesh.certified_px)
+    assert triangles_and_px(without)[1] is None  # too much would have to be measured
+    monkeypatch.setattr("terrain_gl.verify.measure._MOST", 1.0)
+    every, px = triangles_and_px(without)
+    assert px == true_px and every > 4 * pruned
+    too_low = np.where(records["bound_px"] >= true_px, 0.5 * true_px, records["bound_px"])
+    assert triangles_and_px(too_low)[1] < true_px
+
+
+def test_a_largest_error_above_the_certificate_is_not_told_before_all_places_are_measured(ctx):
+    """The bounds of the patches that would be skipped may be wrong, too."""
+    scene = Scene.of(ctx, Heightmap(rough(400, 400, 2, 900.0), 30.0), (1280, 720))
+    camera = cameras(scene.heightmap, scene.size)["default"]
+    mesh = scene.select(camera, 0.3)
+    assert largest_px(scene, mesh, camera) is not None
+    assert largest_px(scene, replace(mesh, certified_px=0.5 * mesh.certified_px), camera) is None
 
 
 @pytest.mark.slow

@@ -106,6 +106,20 @@ def achieved(renderer):
     return drain(renderer.inspector.measure_steps())
 
 
+@pytest.mark.parametrize("is_store", [False, True])
+def test_the_largest_error_alone_is_that_of_all_places_before_and_after_an_edit(tmp_path, is_store):
+    heights = np.float32(rough(300, 320, 3, 1500.0))
+    if is_store:
+        build(heights, tmp_path / "s", tile=64, shard=256, spacing_m=30.0)
+    heightmap = Heightmap(heights, 30.0)
+    with Renderer(StoredMap(tmp_path / "s") if is_store else heightmap, (1280, 720)) as renderer:
+        for _ in range(2):
+            renderer.draw(Camera.default(heightmap), 0.3, style="lambert")
+            found = drain(renderer.inspector.largest_steps(64))
+            assert found is not None and found == achieved(renderer).max_px
+            renderer.edit(np.s_[100:140], np.s_[90:150], heights[100:140, 90:150] + 60)
+
+
 def check_sides_agree(corners, heights_m):
     """Each vertex place has the same height in all its triangles: so there are no cracks."""
     assert (doubled_areas(corners) > 0).all()

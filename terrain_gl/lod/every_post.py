@@ -26,7 +26,7 @@ from ..gpu import gl, layout
 from ..gpu.buffer_pool import BufferPool
 from ..gpu.passes import ComputePass
 from .goal import INFINITE_PX, Goal
-from .patches import BARRIER, PatchSurface, patch_buffers
+from .patches import BARRIER, PatchSurface, commands_for, patch_buffers
 from .selection import Selection
 
 TRUTH = 2  # segments along a cell's side: then the cell's centre lies on the bilinear surface
@@ -51,6 +51,11 @@ class EveryPost(PatchSurface):
         self._commands = BufferPool(ctx, gl.COMMAND_STRIDE)
 
     @property
+    def most_vertices(self) -> list[int]:
+        """The most vertices of a patch of each size."""
+        return [(self.finer * 2**s + 1) ** 2 for s in range(layout.SIZES)]
+
+    @property
     def bytes(self) -> int:
         """GPU memory of the squares, the patches and the draw commands."""
         return self._corners.size + self._found.size + self._patches.made_bytes + self._commands.made_bytes
@@ -65,7 +70,7 @@ class EveryPost(PatchSurface):
         self.view.write(self.terrain, camera, size, near_m, **settings)
         chosen = np.concatenate(list(self._squares()))
         counts = np.bincount(layout.unpack_patches(chosen).side_log2, minlength=layout.SIZES).tolist()
-        commands = np.array(list(commands_for(counts, self.finer)) or [(0,) * 5], "u4")
+        commands = np.array(list(commands_for(counts, self.most_vertices)) or [(0,) * 5], "u4")
         buffers = patch_buffers(self._patches.filled(chosen.tobytes()), self._commands.filled(commands.tobytes()))
         triangles = sum(2 * 4**s * n for s, n in enumerate(counts))
         worst_px = float(chosen["bound_px"].max(initial=0.0))
@@ -115,13 +120,3 @@ class EveryPost(PatchSurface):
         self.ctx.memory_barrier(BARRIER)
         cells, bound_px = np.frombuffer(self._found.read(8 * len(corners)), "f4").reshape(-1, 2).T
         return cells, bound_px
-
-
-def commands_for(counts: list[int], finer: int) -> Iterator[tuple[int, int, int, int, int]]:
-    """Draw commands for so many patches of each size; each command makes at most `gl.MOST_VERTICES` vertices."""
-    first = 0
-    for size, count in enumerate(counts):
-        most = gl.MOST_VERTICES // (finer * 2**size + 1) ** 2
-        for begin in range(0, count, most):
-            yield min(most, count - begin), 1, first + begin, 0, 0
-        first += count

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, cast
@@ -14,7 +15,7 @@ import numpy as np
 from ..basics.rect import Rect
 from ..camera.view import ViewBlock
 from ..gpu import gl, layout
-from ..gpu.buffer_pool import OwnedBuffer
+from ..gpu.buffer_pool import BufferPool, OwnedBuffer
 from ..gpu.passes import Feed, Resources
 from ..terrain import Terrain
 from .goal import INFINITE_PX
@@ -44,6 +45,8 @@ class PatchSurface:
     ctx: moderngl.Context
     terrain: Terrain
     view: ViewBlock
+    _patches: BufferPool  # of the records of all meshes
+    _commands: BufferPool
 
     @cached_property
     def with_own_edges(self) -> Surface:
@@ -56,13 +59,37 @@ class PatchSurface:
         data = selection.buffers.patches.read(size) if size else b""
         return layout.unpack_patches(np.frombuffer(data, layout.PATCH))
 
+    def drawn(self, selection: Selection) -> np.ndarray:
+        """Numbers of the patches that the commands of a selection draw."""
+        data = selection.buffers.commands.read(selection.draws * gl.COMMAND_STRIDE) if selection.draws else b""
+        spans = [np.arange(first, first + n) for n, _, first, *_ in np.frombuffer(data, "5u4").tolist()]
+        return np.concatenate([np.zeros(0, int), *spans])
+
+    def part_of(self, selection: Selection, kept: np.ndarray) -> Selection:
+        """A mesh that draws only some patches of a selection, those with the numbers `kept`. Its counts are theirs."""
+        size = (selection.patches + selection.hidden) * layout.PATCH.itemsize
+        records = np.frombuffer(selection.buffers.patches.read(size), layout.PATCH)[np.sort(kept)]
+        patches = layout.unpack_patches(records)
+        counts = np.bincount(patches.side_log2 - patches.step_log2, minlength=layout.SIZES).tolist()
+        commands = np.array([*commands_for(counts, self.most_vertices)], "u4")
+        buffers = patch_buffers(self._patches.filled(records.tobytes()), self._commands.filled(commands.tobytes()))
+        return replace(selection, buffers=buffers, draws=len(commands))
+
+    @property
+    def most_vertices(self) -> list[int]:
+        """The most vertices of a patch of each size, as lod/place.glsl counts them."""
+        return [(2**s + 1) ** 2 + more for s, more in enumerate(self._cut)]
+
+    @property
+    def _cut(self) -> list[int]:
+        """For each size, how many more vertices a patch may have, because neighbours cut its edges."""
+        return [4 * (64 - 2**s) if self.cuts_edges else 0 for s in range(layout.SIZES)]
+
     def selection_of(self, summary: np.void, buffers: MeshBuffers, settings: Mapping[str, Any]) -> Selection:
         """The mesh whose numbers are in a record `layout.RING_SUMMARY`."""
         counts = tuple(summary["count"][: layout.SIZES].tolist())
-        cut = [4 * (64 - 2**s) if self.cuts_edges else 0 for s in range(layout.SIZES)]
-        vertices = [(2**s + 1) ** 2 + more for s, more in enumerate(cut)]  # of a patch, as lod/place.glsl counts them
-        draws = sum(-(-n // (gl.MOST_VERTICES // each)) for n, each in zip(counts, vertices, strict=True))
-        most = sum(n * (2 * 4**s + more) for s, (n, more) in enumerate(zip(counts, cut, strict=True)))
+        draws = sum(-(-n // (gl.MOST_VERTICES // each)) for n, each in zip(counts, self.most_vertices, strict=True))
+        most = sum(n * (2 * 4**s + more) for s, (n, more) in enumerate(zip(counts, self._cut, strict=True)))
         worst_px = float(summary["worst_px"])
         certified_px = worst_px if worst_px < INFINITE_PX else math.inf
         numbers = counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws
@@ -81,6 +108,16 @@ def patch_buffers(patches: OwnedBuffer, commands: OwnedBuffer) -> MeshBuffers:
     """The buffers of a mesh of patches: records `layout.PATCH`, each a vertex, and draw commands."""
     feed = Feed([(patches.buffer, "4i4", "in_patch")], mode=moderngl.PATCHES)
     return MeshBuffers((patches, commands), feed, commands.buffer)
+
+
+def commands_for(counts: Sequence[int], most_vertices: Sequence[int]) -> Iterator[tuple[int, int, int, int, int]]:
+    """Draw commands for so many patches of each size; each command makes at most `gl.MOST_VERTICES` vertices."""
+    first = 0
+    for count, vertices in zip(counts, most_vertices, strict=True):
+        most = gl.MOST_VERTICES // vertices
+        for begin in range(0, count, most):
+            yield min(most, count - begin), 1, first + begin, 0, 0
+        first += count
 
 
 class OwnEdges:

@@ -94,6 +94,13 @@ class Inspector:
         return (yield from self._measuring().achieved_steps(frame.selection, *view, tile))
 
     @steps_in_session
+    def largest_steps(self, tile: int = TILE, frame: DrawnFrame | None = None) -> Steps[float | None]:
+        """The largest error of a frame, sooner than by `measure_steps`: see `Measurement.largest_steps`."""
+        frame = frame or self._chosen()
+        view = frame.camera, frame.size, frame.near_m
+        return (yield from self._measuring().largest_steps(frame.selection, *view, tile))
+
+    @steps_in_session
     def jumps_steps(
         self, before: DrawnFrame, after: DrawnFrame, least_px: float, tile: int = TILE
     ) -> Steps[tuple[np.ndarray, np.ndarray]]:

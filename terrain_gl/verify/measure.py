@@ -8,7 +8,7 @@ every place in the picture to pixels, in float64.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import moderngl
@@ -17,16 +17,19 @@ import numpy as np
 from ..basics.steps import Steps, drain, portion
 from ..camera import Camera, boxes_in_picture, in_picture, picture_planes, shift_px
 from ..gpu import gl
-from ..gpu.layout import PLACES
+from ..gpu.layout import PLACES, Patches
 from ..gpu.passes import Resource, State
 from ..heightmap import Heightmap, bilinear
 from ..lod import RingsSelector, Selection
+from ..lod.patches import PatchSurface
 from ..mesh import MeshDraws
 from ..terrain import Terrain
 
 TILE = 512  # posts a side of the region that is measured together
 _COMMANDS = 8  # draw commands of a step, each of at most `gpu.gl.MOST_VERTICES` vertices
 _STORED = moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
+_FIRST = 64  # of so many patches, the one with the largest bound is measured first
+_MOST = 0.25  # the largest share of the land that is measured to find the largest error alone
 _BAND = 32  # rows of places that are projected together
 Region = tuple[int, int, int, int]  # first column, first row, columns, rows
 View = tuple[Selection, Camera, tuple[int, int], float]  # a mesh, its camera, the picture's size, the near plane
@@ -175,6 +178,46 @@ class Measurement:
         rms_px = float(np.sqrt(total / area)) if area else 0.0
         return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
 
+    def largest_steps(
+        self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float, tile: int = TILE
+    ) -> Steps[float | None]:
+        """Find `Achieved.max_px` by branch and bound; yields progress from 0 to 1.
+
+        First the patches with the largest certified bounds are measured, then all others whose bounds are not below the
+        largest error found so far. The rest is skipped, so the result relies on the bounds of these patches.
+
+        Returns
+        -------
+        px
+            None if patches have no bounds for points, if one of these bounds is seen to be wrong, or if more than
+            `_MOST` of the land would have to be measured.
+        """
+        surface = selection.surface
+        if not isinstance(surface, PatchSurface) or selection.certified_px is None or selection.farthest_px is not None:
+            return None
+        patches, drawn = surface.chosen(selection), surface.drawn(selection)
+        boxes, bounds_px = _boxes(patches), patches.bound_px
+        land = patches.size[:, 0].astype(float) ** 2
+        by_bound = drawn[np.argsort(-bounds_px[drawn])]
+        first = -(-len(drawn) // _FIRST)
+        regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), camera, size, near_m))
+        largest = 0.0
+        for turn, some in enumerate((by_bound[:first], by_bound[first:])):
+            if land[some[bounds_px[some] >= largest]].sum() > _MOST * land[drawn].sum():
+                return None
+            for number, region in enumerate(regions, turn * len(regions)):
+                which = some[_touching(boxes[some], region) & (bounds_px[some] >= largest)]
+                if len(which):
+                    part = replace(surface.part_of(selection, which), hidden=0)
+                    errors_m = yield from portion(self._errors_steps(part, region), number, 2 * len(regions))
+                    for box in boxes[which].tolist():
+                        for band in self._parts(*_cut(errors_m, region, box), camera, size, near_m):
+                            behind = _inside(boxes[selection.patches :], band.region)
+                            largest = max(largest, float(np.fmax.reduce(band.px[~behind], None, initial=0.0)))
+                        yield (number + 1) / (2 * len(regions))
+            yield 0.5 * (turn + 1)
+        return largest if largest <= selection.certified_px else None
+
     def jumps_steps(
         self, before: View, after: View, least_px: float, tile: int = TILE
     ) -> Steps[tuple[np.ndarray, np.ndarray]]:
@@ -290,19 +333,34 @@ def _hidden_boxes(selection: Selection) -> np.ndarray:
     """Boxes of the hidden patches of a selection, (n, 4): first column and row, last column and row of places."""
     if not selection.hidden or not isinstance(selection.surface, RingsSelector):
         return np.empty((0, 4), int)
-    patches = selection.surface.chosen(selection)
-    first = patches.corner[selection.patches :]
-    return PLACES * np.hstack([first, first + patches.size[selection.patches :]])
+    return _boxes(selection.surface.chosen(selection))[selection.patches :]
+
+
+def _boxes(patches: Patches) -> np.ndarray:
+    """Closed boxes of patches, (n, 4): first column and row, last column and row of places."""
+    return PLACES * np.hstack([patches.corner, patches.corner + patches.size])
+
+
+def _cut(errors_m: np.ndarray, region: Region, box: list[int]) -> tuple[np.ndarray, Region]:
+    """The errors of a region in a closed box, and the region that they cover."""
+    x, y, width, height = region
+    left, top, right, bottom = max(x, box[0]), max(y, box[1]), min(x + width, box[2] + 1), min(y + height, box[3] + 1)
+    return errors_m[top - y : bottom - y, left - x : right - x], (left, top, right - left, bottom - top)
 
 
 def _inside(boxes: np.ndarray, region: Region) -> np.ndarray:
     """Whether each place of a region lies in one of the closed boxes, (h, w) bool."""
     x, y, width, height = region
     inside = np.zeros((height, width), bool)
-    near = (boxes[:, 0] < x + width) & (boxes[:, 1] < y + height) & (boxes[:, 2] >= x) & (boxes[:, 3] >= y)
-    for x0, y0, x1, y1 in np.maximum(boxes[near] - [x, y, x, y], 0).tolist():
+    for x0, y0, x1, y1 in np.maximum(boxes[_touching(boxes, region)] - [x, y, x, y], 0).tolist():
         inside[y0 : y1 + 1, x0 : x1 + 1] = True
     return inside
+
+
+def _touching(boxes: np.ndarray, region: Region) -> np.ndarray:
+    """Which closed boxes have places in common with a region."""
+    x, y, width, height = region
+    return (boxes[:, 0] < x + width) & (boxes[:, 1] < y + height) & (boxes[:, 2] >= x) & (boxes[:, 3] >= y)
 
 
 def _drawn_shares(heightmap: Heightmap, hidden: np.ndarray, region: Region) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..basics.words import metres
 from .controller import Controller
-from .frame_stats import FRAMES, STAGES, FrameStats, Record, bound_words, clock, drawing_ms, seconds
+from .frame_stats import FRAMES, STAGES, FrameStats, Record, bound_words, clock, drawing_ms, error_name, seconds
 from .painter import Painter
 from .theme import ACCENT
 from .widgets import Widgets
@@ -34,7 +34,8 @@ def show(ui: Widgets, painter: Painter, controller: Controller, at_rest: bool) -
     _line(ui, [record.bound_px for record in records], [record.measured_px for record in records])
     jump_px = painter.history.largest_jump_px
     jumps = "" if jump_px is None else f" From one frame to the next, no point jumps by more than {jump_px:.3g} px."
-    ui.hint("error", f"Line: the certified bound in pixels. Dots: the achieved error, measured at rest.{jumps}")
+    dots = "Dots: the achieved error (so far: where bounds are largest)."
+    ui.hint("error", f"Line: the certified bound, px. {dots}{jumps}")
     above_m = controller.height_above_ground_m
     height = "no ground below" if math.isnan(above_m) else f"{metres(above_m)} above ground"
     ui.line(controller.mode.capitalize(), f"{height}, {metres(controller.speed_m_s)}/s")
@@ -60,7 +61,7 @@ def error_words(frame: FrameStats) -> str:
         missing = len(frame.stats["tiles_missing"])
         return f"{bound}, " + (f"missing tiles: {missing:,}" if missing else "all tiles loaded")
     achieved = "…" if frame.achieved_px is None else f"{frame.achieved_px:.3f} px"
-    return f"achieved {achieved}, {bound}"
+    return f"{error_name(frame.measured_px)} {achieved}, {bound}"
 
 
 def _paper(ui: Widgets) -> tuple[Any, float, float, float, float]:

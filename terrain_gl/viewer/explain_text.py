@@ -7,7 +7,7 @@ from ..renderer.frame import Stats
 from ..renderer.methods import EVERY_POST
 from ..renderer.options import FrameOptions
 from ..verify.explain import Choice, Explanation
-from .frame_stats import bound_words
+from .frame_stats import bound_words, error_name
 
 HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
 
@@ -81,8 +81,9 @@ def side_line(options: FrameOptions, stats: Stats, is_preview: bool, measured_px
     budget = f"{options.triangles:,} triangles {options.metric}" if options.triangles else tolerance
     asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"
     bound = "preview" if is_preview else bound_words(stats, ".3g")
-    found = "" if not measured_px else f", achieved {measured_px['max']:.3g} px (RMS {measured_px['rms']:.2g} px)"
-    return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}"
+    found = "" if not measured_px else f", {error_name(measured_px)} {measured_px['max']:.3g} px"
+    mean = f" (RMS {measured_px['rms']:.2g} px)" if measured_px and "rms" in measured_px else ""
+    return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}{mean}"
 
 
 def _error_m(patch: Explanation, choice: Choice) -> float:

@@ -23,7 +23,7 @@ class FrameStats:
     awaits_map: bool = False  # whether the map itself comes soon, so that the sample needs no light
     fps: float | None = None  # frames a second in motion; None at rest
     stats: Stats = field(default_factory=Stats)  # as `Renderer.draw` returns them
-    measured_px: dict[str, float] | None = None  # achieved error by metric; None until it is measured
+    measured_px: dict[str, float] | None = None  # achieved error by metric, as far as it is measured
     way: Way = FULL  # how the picture is drawn
     is_sketch: bool = False  # whether this is the preview of a new split; the numbers are those of the picture before
 
@@ -40,7 +40,12 @@ class FrameStats:
 
 def achieved_px(stats: Stats, measured_px: dict[str, float] | None) -> float | None:
     """The achieved error in the metric of the bound; None if it is not measured yet."""
-    return measured_px[stats["certified_metric"]] if measured_px else None
+    return measured_px.get(stats["certified_metric"]) if measured_px else None
+
+
+def error_name(measured_px: dict[str, float] | None) -> str:
+    """What an error is called before and after all places are measured."""
+    return "so far" if measured_px and "rms" not in measured_px else "achieved"
 
 
 def bound_words(stats: Stats, form: str) -> str:

@@ -59,7 +59,7 @@ class JumpMeter:
     def step(self, settled: bool) -> None:
         """Measure for a while, if the picture is at rest; begin again if it has changed."""
         painter = self._painter
-        if self._before is None or not settled or self._scene.is_paged or len(painter.side_measured) == 0:
+        if self._before is None or not settled or self._scene.is_paged or not painter.is_measured:
             self._of, self._steps = None if self._steps else self._of, None
             return
         if painter.drawn != self._of:

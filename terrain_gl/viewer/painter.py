@@ -6,7 +6,7 @@
     at rest                        in full size, in steps if it takes long
     then                           light is made, in steps; the picture is drawn again with it
                                    (the tiles of a store get light before the picture is drawn in full size)
-    then                           its error is measured, in steps
+    then                           its error is measured, in steps: the largest error first, then all places
 
 The record `FrameSpec` holds everything that a picture depends on. After an edit, the old light is used until the new
 light is made. A preview of a map gets no light, no bound and no measurement.
@@ -46,7 +46,7 @@ class Painter:
         self.history = History()
         self.frame = FrameStats("", (0, 0))  # numbers of the last picture
         self.side_stats: list[Stats] = []  # numbers of each side of the last picture
-        self.side_measured: list[dict[str, float]] = []  # achieved error by metric; none until all sides are measured
+        self.side_measured: list[dict[str, float]] = []  # achieved error by metric, as far as it is known
         self.meshes: list[DrawnFrame] = []  # of each side of the last picture
         self.drawn: FrameSpec | None = None  # what the canvas shows; None if the canvas is out of date
         self.has_picture = False  # whether the canvas shows anything
@@ -126,6 +126,11 @@ class Painter:
         takes_long = self._asked is None or _kind(self._asked) not in self._known
         takes_long = takes_long or bool(self._painting and self._now_s - self._painting_s >= TOLD_S)
         return (self._painted if self._painting else 0.0) if takes_long else None
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether all places in the picture are measured."""
+        return bool(self.side_measured) and not self._unmeasured
 
     @property
     def waits_for_rest(self) -> bool:
@@ -296,25 +301,37 @@ class Painter:
         self._budget.note(sum(map(drawing_ms, stats)), way)
 
     def _measure(self, renderer: Renderer) -> bool:
-        """Measure for a while; returns whether the measurement is now complete."""
+        """Measure for a while; returns whether more is known now."""
         if not self._unmeasured:
             return False
+        before = self.side_measured
         self._measuring = self._measuring or self._measure_steps(renderer)
         self.go_on(self._measuring)
-        return not self._unmeasured
+        return self.side_measured is not before
 
     def _measure_steps(self, renderer: Renderer) -> Steps[None]:
-        """Measure each side; yields progress from 0 to 1 for each."""
+        """Measure each side; yields progress from 0 to 1 for each.
+
+        First comes the largest error alone, if bounds show soon where it is; then all places of all sides are measured.
+        """
+        largest = []
+        for mesh in self.meshes:
+            largest.append((yield from renderer.inspector.largest_steps(MEASURED_POSTS, mesh)))
+        self._know([{"max": px} if px is not None else {} for px in largest])
         measured = []
         for mesh in self.meshes:
             achieved = yield from renderer.inspector.measure_steps(MEASURED_POSTS, mesh)
             measured.append({"max": achieved.max_px, "rms": achieved.rms_px})
-        self.side_measured = measured
-        self.frame.measured_px = measured[0]
-        if (px := self.frame.achieved_px) is not None:
-            self.history.add_measured(px)
+        self._know(measured)
         self._unmeasured = False
         self._measuring = None
+
+    def _know(self, measured: list[dict[str, float]]) -> None:
+        """Show achieved errors, one for each side."""
+        self.side_measured = measured
+        self.frame.measured_px = measured[0] or None
+        if (px := self.frame.achieved_px) is not None:
+            self.history.add_measured(px)
 
 
 def labels_of(renderer: Renderer, spec: FrameSpec) -> list[Label]:

@@ -6,12 +6,13 @@ import time
 
 import numpy as np
 import pytest
-from viewers import changed, hills, later, listen, seen, settle, texts
+from viewers import changed, hills, later, listen, seen, set_budget, settle, slow, texts
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.lod import METRICS
 from terrain_gl.renderer.methods import METHODS
 from terrain_gl.viewer import legend, run
+from terrain_gl.viewer.charts import error_words
 from terrain_gl.viewer.commands import shown_lines
 from terrain_gl.viewer.panels import scale_of
 from terrain_gl.viewer.pose import Pose
@@ -204,6 +205,22 @@ def test_the_error_is_measured_and_drawn(app):
     settle(app)
     assert len(records) >= 2 and records[-1].triangles < records[0].triangles
     assert records[0].measured_px < records[-1].measured_px <= records[-1].bound_px <= 2
+
+
+def test_the_largest_error_is_shown_before_all_places_are_measured(app):
+    painter = app.viewer.painter
+    set_budget(app.viewer, slow())  # one step in a frame
+    app.viewer.settings.loosen(1 / 16)
+    later(app)
+    while painter.drawn is None or not painter.frame.measured_px:
+        later(app)
+    sooner = painter.frame.achieved_px
+    assert not painter.is_measured and painter.waits_for_rest
+    assert error_words(painter.frame) == f"so far {sooner:.3f} px, bound {painter.frame.certified_px:.3f} px"
+    settle(app)
+    assert painter.is_measured and painter.frame.measured_px.keys() == {"max", "rms"}
+    assert error_words(painter.frame) == f"achieved {sooner:.3f} px, bound {painter.frame.certified_px:.3f} px"
+    assert painter.frame.achieved_px == sooner
 
 
 def test_exaggeration_raises_the_land_and_the_bound_holds(app):
