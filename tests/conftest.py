@@ -1,7 +1,9 @@
 """Fixtures shared by all tests: one OpenGL context for the session, real elevation data, strict floating point."""
 
+import compileall
 import os
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +36,11 @@ def pytest_configure(config):
         os.environ.update(environment(config.getoption("--driver")))
     except LookupError as error:
         pytest.exit(str(error), returncode=4)
+    # Of workers and of processes that tests start: they share the cores, and threads of OpenBLAS spin while they wait
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if sys.dont_write_bytecode and not hasattr(config, "workerinput"):
+        # PYTHONDONTWRITEBYTECODE is set: else each of the hundreds of processes that tests start compiles all modules
+        compileall.compile_dir(Path(cli.__file__).parents[1], quiet=2)
 
 
 def pytest_collection_modifyitems(config, items):

@@ -537,21 +537,21 @@ def resident():
     with open("/proc/self/statm") as f:
         return int(f.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") >> 20
 shared, sizes = CONTEXT, {}
-for i in range(1, 101):
+for i in range(1, 46):
     draw(tg.Renderer(land, (64, 48), ctx=shared))
     gc.collect()
     sizes[i] = resident()
-print(sizes[25], sizes[100], len(os.listdir("/proc/self/fd")))
+print(sizes[15], sizes[45], len(os.listdir("/proc/self/fd")))
 """
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 @pytest.mark.parametrize("context", ["None", "create_context()"])
-def test_a_hundred_renderers_are_dropped_and_memory_is_flat(context):
+def test_renderers_are_dropped_and_memory_is_flat(context):
     done = ended(sys.executable, "-c", HEAD + DROPPED.replace("CONTEXT", context))
     early, late, files = map(int, done.stdout.split())
-    assert late - early < 30, "MiB of 75 renderers"  # about 28 MiB each where they are kept
+    assert late - early < 30, "MiB of 30 renderers"  # about 28 MiB each where they are kept
     assert files < 100
 
 

@@ -198,6 +198,7 @@ def test_bound_holds_on_real_maps(ctx, dem, sample, name):
 
 
 @pytest.mark.slow
+@pytest.mark.sampled(3, "")
 @pytest.mark.parametrize("name", LARGE_REAL)
 def test_bound_holds_on_large_real_maps(ctx, dem, name):
     scene = Scene.of(ctx, Heightmap.open(dem / name, **REAL[name]), (1280, 720))

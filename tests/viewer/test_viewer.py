@@ -91,8 +91,10 @@ def test_a_window_of_no_size_does_nothing(viewer, folder):
 
 
 @pytest.mark.slow
-def test_keys_do_what_they_say(viewer, folder):
+def test_keys_do_what_they_say(viewer, folder, monkeypatch):
     viewer.window.resize((80, 50))  # there are many of them
+    for name in ("TURN_S", "DAY_S"):
+        monkeypatch.setattr(f"terrain_gl.viewer.loops.{name}", 0.2)  # seconds of a film
     settle(viewer)
     for key in BY_KEY:
         if key not in ("escape", "ctrl+q", "p", "r", "ctrl+s", "ctrl+o", "shift+r"):
