@@ -1,4 +1,5 @@
-# Lesson 8: the driver cuts the squares. Neighbours agree on their edges, so there is nothing to repair.
+# Lesson 8: the driver cuts the squares. Neighbours agree on their edges, so there is nothing to repair. The
+# picture shows the triangles of the driver.
 
 PATCH = """
 #version 410
@@ -44,3 +45,9 @@ def mesh(heights):
     posts, which = np.unique(corners, axis=0, return_inverse=True)
     ctx.release()
     return posts, which.reshape(-1, 3)
+
+
+def show_08(heights, posts, triangles):
+    """The driver's triangles as wires."""
+    clay = light(heights, posts)[:, None] * np.ones(3)
+    return wired(heights, posts, triangles, draw(heights, posts, triangles, clay))
