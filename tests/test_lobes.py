@@ -157,9 +157,9 @@ def test_no_pixel_is_ever_nan(ctx, land, spacing):
     with Renderer(heightmap, size=(32, 18), ctx=ctx) as renderer:
         picture = renderer.picture
         texture = ctx.texture((32, 18), 4, dtype="f4")
-        picture._screen.release()
-        picture._screen = ctx.framebuffer([texture])
-        picture._targets[1] = picture._screen
+        picture.targets.screen.release()
+        picture.targets.screen = ctx.framebuffer([texture])
+        picture.targets._made[-1] = picture.targets.screen
 
         @given(
             st.tuples(st.floats(-360, 360, width=16), st.one_of(st.floats(-90, 90, width=16), st.just(0.0))),

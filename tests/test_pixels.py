@@ -38,7 +38,7 @@ NEAR, FAR = 2.0, 60.0
 
 def kinds_of(picture):
     """(height, width) of `KINDS`, top row first."""
-    return np.rint(8 * np.frombuffer(picture._kinds.read(), "f4").reshape(SIZE[1], SIZE[0])[::-1]).astype(int)
+    return np.rint(8 * np.frombuffer(picture.targets.kinds.read(), "f4").reshape(SIZE[1], SIZE[0])[::-1]).astype(int)
 
 
 def shaded(renderer, camera, **options):
@@ -76,7 +76,7 @@ def test_pixels_with_edges_get_more_samples(renderer, monkeypatch):
     assert set(np.unique(kinds)) == {KINDS["SKY"], KINDS["NEAR"], KINDS["MIXED"]}
     mixed = kinds == KINDS["MIXED"]
     assert 0 < mixed.mean() < 0.5
-    renderer.picture._picture.write(b"\xff\x00\xff\xff" * (SIZE[0] * SIZE[1]))
+    renderer.picture.targets.picture.write(b"\xff\x00\xff\xff" * (SIZE[0] * SIZE[1]))
     monkeypatch.setattr(renderer.picture.programs, "run_listed", lambda *listed: None)
     without = shaded(renderer, camera)
     assert np.array_equal((without == [255, 0, 255]).all(-1), mixed)

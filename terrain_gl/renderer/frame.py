@@ -9,9 +9,11 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..camera import Camera
+from ..camera.pieces import Piece
 from ..image import png_bytes
 from ..lod import RingsSelector, Selection
 from ..mesh import captured_triangles
+from ..shade.targets import Targets
 from .facts import Facts
 from .methods import BASELINES
 from .options import FrameOptions
@@ -203,3 +205,12 @@ class DrawnFrame:
             "width": self.size[0],
             "height": self.size[1],
         } | ({} if selection.cracks is None else {"cracks": selection.cracks})
+
+
+@dataclass
+class OtherPicture:
+    """A picture beside the renderer's own: `Renderer.exchange`. Its targets get their size when it is drawn."""
+
+    targets: Targets
+    drawn: tuple[DrawnFrame, Piece] | None = None  # what it shows; None before it is drawn
+    frame: DrawnFrame | None = None  # the inspector's

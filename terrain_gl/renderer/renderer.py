@@ -47,7 +47,7 @@ from .contour_labels import contour_labels
 from .draped import OverlayLines, fills
 from .edit import Editor
 from .facts import Facts, PlaceSeen, facts_of, place_seen
-from .frame import DrawnFrame, Frame, Measured, Stats
+from .frame import DrawnFrame, Frame, Measured, OtherPicture, Stats
 from .gpu_resources import GpuResources
 from .inspector import Inspector
 from .methods import BASELINES, Selectors
@@ -305,6 +305,7 @@ class Renderer:
         with self.timer.frame(gradual):
             frame = self.select(camera, pieces[0].picture, chosen, earlier)
             self.inspector.frame = None  # its picture will be overwritten
+            self._drawn = frame, pieces[0]
             yield 0.0
             for done, piece in enumerate(pieces):
                 for share in self._piece_steps(piece, frame, gradual):
@@ -442,6 +443,18 @@ class Renderer:
             loading.terrain.rim_focal_px = chosen_for.focal_px(size[1]) if options.voids == "hole" else 0.0
         selection, loaded = loading.select(choose, chosen_for, options.goal) if loading else (choose(chosen_for), {})
         return (with_cracks(selection) if options.style == "cracks" else selection), loaded
+
+    @in_session
+    def exchange(self, other: OtherPicture) -> None:
+        """Let another picture be the last one; `other` then holds what was the last one.
+
+        A picture that is drawn in steps is drawn on, if both are exchanged back before the next step.
+        """
+        self.picture.targets, other.targets = other.targets, self.picture.targets
+        self._drawn, other.drawn = other.drawn, self._drawn
+        self.inspector.frame, other.frame = other.frame, self.inspector.frame
+        if self._drawn:
+            self._look_again(*self._drawn)
 
     def forget(self) -> None:
         """Forget the last frame, and take no earlier mesh again: the map has changed."""

@@ -9,7 +9,7 @@ mesh. Each pixel is of one of a few kinds (glsl/shade/kind.glsl), and each kind 
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -19,7 +19,7 @@ from ..basics.steps import Steps, drain
 from ..camera import Camera
 from ..gpu.current import check_current
 from ..gpu.passes import NOTHING_MORE, Box, Resource, Resources, State, clear, drawn_colours_kept
-from ..gpu.textures import depth_texture, from_top
+from ..gpu.textures import from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
@@ -33,6 +33,7 @@ from ..pages.light import light_of
 from ..terrain import Terrain
 from . import contours, surroundings
 from .programs import KINDS, PixelPasses, Wanted
+from .targets import Targets
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _OF_LIGHT = ("visibility", "ambient", "direct", "lobes")  # styles that show parts of the light
@@ -51,7 +52,6 @@ FARTHEST = 2.0**-70  # least depth of land: for slivers, a driver may compute 0 
 HAZE = 2.0  # least distance over which haze absorbs as much: see `_haze_m`
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 Size = tuple[int, int]
-Target = TypeVar("Target")
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,7 @@ class Picture:
         self.sums, self.lighting = light_of(self.terrain)
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self.programs = PixelPasses(self.view, self.samples, self.terrain.defines)
-        self._targets: list[Any] = []
-        self._shaded: tuple[Look, int] = (PLAIN, surroundings.NONE)  # the last look, and the surroundings in it
+        self.targets = Targets(self.ctx, self.samples)  # of the last picture
         self.resize(size)
 
     has_bar = True
@@ -141,22 +140,17 @@ class Picture:
     @property
     def depth(self) -> moderngl.Texture:
         """Depth of each sample of the last picture: near plane over view depth, 0 for the sky."""
-        return self._depth
+        return self.targets.depth
+
+    @property
+    def size(self) -> Size:
+        """Width and height in pixels."""
+        return self.targets.size
 
     def resize(self, size: Size) -> None:
         """Change the picture's size; its pixels are lost."""
-        self._release_targets()
-        self.size = (0, 0)  # this remains if memory does not suffice
-        samples = self.samples if self.samples > 1 else 0
-        self._depth = self._target(depth_texture(self.ctx, size, samples))
-        self._kinds = self._target(depth_texture(self.ctx, size, 0))
-        self._listed = self._target(self.ctx.buffer(reserve=16 + 4 * size[0] * size[1]))
-        self._picture = self._target(self.ctx.texture(size, 4))
-        self._seen = self._target(self.ctx.framebuffer([], self._depth))
-        self._kind = self._target(self.ctx.framebuffer([], self._kinds))
-        self._screen = self._target(self.ctx.framebuffer([self._picture], self._kinds))
-        self._drawn: moderngl.Texture | None = None
-        self.size = size
+        self.targets.resize(size)
+        self.targets.shaded = self.targets.shaded or (PLAIN, surroundings.NONE)
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), without the light."""
@@ -180,7 +174,7 @@ class Picture:
         mesh = self._meshes(look).of(selection.surface)
         state = self._seeing_state(selection, look)
         assert state.framebuffer
-        of_mesh = state.framebuffer is not self._seen
+        of_mesh = state.framebuffer is not self.targets.seen
         clear(state.framebuffer, depth=0.0, colour=(0.0, 0.0, 0.0, 0.0) if of_mesh else None)  # infinitely far: the sky
         for first in range(0, selection.draws, commands):
             mesh.draw(selection, state, part=slice(first, first + commands))
@@ -203,7 +197,7 @@ class Picture:
             edge = surroundings.NONE
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera, look.haze), look.water_m)
-        self._shaded = look, edge
+        self.targets.shaded = look, edge  # the look, and the surroundings in it
         corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
         for done, corner in enumerate(corners, 1):
             self._colour(look, edge, (*corner, *tile))
@@ -229,7 +223,7 @@ class Picture:
 
     def _seeing_state(self, selection: Selection, look: Look) -> State:
         """The state in which the first pass draws."""
-        target = self._detail_target() if look.style in _OF_MESH or look.wires else self._seen
+        target = self.targets.detail if look.style in _OF_MESH or look.wires else self.targets.seen
         culls = not self._may_show_underside(look, selection)
         return State(target, self.view.viewport, depth=">=", least_depth=FARTHEST, clips=True, culls=culls)
 
@@ -238,18 +232,19 @@ class Picture:
         style = f"shade/{look.style}.frag"
         wanted = self._wanted(look, edge)
         read = self._resources
-        self._listed.write(_NOTHING_LISTED)
+        self.targets.listed.write(_NOTHING_LISTED)
         find_kind = wanted._replace(wet=False)
-        self.programs.draw("shade/kind.frag", "ANY", find_kind, State(self._kind, scissor=tile, depth="1"), read)
-        of_kind = State(self._screen, scissor=tile, depth="==")
+        self.programs.draw("shade/kind.frag", "ANY", find_kind, State(self.targets.kind, scissor=tile, depth="1"), read)
+        of_kind = State(self.targets.screen, scissor=tile, depth="==")
         for kind in ("OPEN", "SKY", "NEAR") if edge else ("SKY", "NEAR"):
             self.programs.draw(style, kind, wanted, of_kind, read)
         self.ctx.memory_barrier()
-        self.programs.run_listed(style, wanted, self._listed, {**read, "u_picture": self._picture})
+        self.programs.run_listed(style, wanted, self.targets.listed, {**read, "u_picture": self.targets.picture})
         self.ctx.memory_barrier()
         if look.wires and look.style != "wireframe":
             plain = Wanted(self.lighting.defines, wanted.uniforms)
-            self.programs.draw("shade/wires.frag", "ANY", plain, State(self._screen, scissor=tile, blends=True), read)
+            over = State(self.targets.screen, scissor=tile, blends=True)
+            self.programs.draw("shade/wires.frag", "ANY", plain, over, read)
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
         """Make the light of a look, if it is missing."""
@@ -258,12 +253,12 @@ class Picture:
 
     def colour(self, fragment: str, resources: Resources = NOTHING_MORE, **uniforms: object) -> None:
         """Colour every pixel of the picture by a fragment shader; `resources` are those that it reads beside ours."""
-        self._fill(self._screen, fragment, "ANY", Wanted(self.lighting.defines, uniforms), resources)
+        self._fill(self.targets.screen, fragment, "ANY", Wanted(self.lighting.defines, uniforms), resources)
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
         check_current(self.ctx)
-        return from_top(self._picture.read(alignment=1), "u1", self.size, 4)
+        return from_top(self.targets.picture.read(alignment=1), "u1", self.size, 4)
 
     def exact(self) -> np.ndarray:
         """The last picture, coloured again without clipping at white: (height, width, 4) float32, first row on top.
@@ -273,7 +268,7 @@ class Picture:
         is 0, normals are 0, and depths are infinite. Lines over the picture are left out. Styles that are diagrams have
         the colours of the screen.
         """
-        look, edge = self._shaded
+        look, edge = self.targets.shaded
         if look.style not in _EXACT:
             shown = self.read()
             alpha = shown[..., 3:] / 255
@@ -289,7 +284,7 @@ class Picture:
 
     def _facts_wanted(self, part: int) -> Wanted:
         """The settings of glsl/shade/facts.frag for the last picture."""
-        look, edge = self._shaded
+        look, edge = self.targets.shaded
         is_wet = look.style == "shaded" and look.water_m is not None
         level_m = look.water_m - self.terrain.base_m if is_wet and look.water_m is not None else -1e30
         wanted = self._wanted(look, edge)
@@ -306,7 +301,7 @@ class Picture:
         try:
             self._fill(target, "shade/facts.frag", "ANY", self._facts_wanted(0))
             wanted = Wanted(self.lighting.defines, uniforms)
-            read: Resources = {"u_picture": self._picture, "u_facts": facts}
+            read: Resources = {"u_picture": self.targets.picture, "u_facts": facts}
             assert state.framebuffer
             with drawn_colours_kept(state.framebuffer):
                 self.programs.draw("shade/into.frag", "ANY", wanted, state, read)
@@ -317,7 +312,7 @@ class Picture:
     @property
     def target(self) -> moderngl.Framebuffer:
         """The framebuffer of the finished picture, for drawing over it."""
-        return self._screen
+        return self.targets.screen
 
     def light_steps(self, look: Look) -> Steps[None]:
         """Incremental `light`; yields progress from 0 to 1, or nothing if no light is missing."""
@@ -334,7 +329,7 @@ class Picture:
 
     def sees_land(self) -> bool:
         """Whether any sample of the last picture sees the map."""
-        kinds = np.rint(8 * np.frombuffer(self._kinds.read(), "f4"))
+        kinds = np.rint(8 * np.frombuffer(self.targets.kinds.read(), "f4"))
         return bool(np.isin(kinds, [KINDS["NEAR"], KINDS["MIXED"]]).any())
 
     def depths(self) -> np.ndarray:
@@ -370,11 +365,11 @@ class Picture:
         copy = "shade/show.frag" if window[2:] == self.size else "shade/enlarge.frag"
         state = State(framebuffer, window)
         wanted = Wanted(self.lighting.defines, {"window": window})
-        self.programs.draw(copy, "ANY", wanted, state, {"u_picture": self._picture})
+        self.programs.draw(copy, "ANY", wanted, state, {"u_picture": self.targets.picture})
 
     def release(self) -> None:
         """Release GPU resources."""
-        self._release_targets()
+        self.targets.release()
         for draws in self._seeing.values():
             draws.release()
         self.sums.release()
@@ -393,13 +388,6 @@ class Picture:
         away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))
         clear_m = AIR_M / self.terrain.heightmap.exaggeration
         return max(clear_m, HAZE * max(math.hypot(east, north), away_m)) / haze
-
-    def _detail_target(self) -> moderngl.Framebuffer:
-        """The framebuffer for styles that show the mesh. It holds more data, and takes more memory and time."""
-        if self._drawn is None:
-            self._drawn = self._target(self.ctx.texture(self.size, 4, samples=self._depth.samples, dtype="f2"))
-            self._seen_detail = self._target(self.ctx.framebuffer([self._drawn], self._depth))
-        return self._seen_detail
 
     def _may_show_underside(self, look: Look, selection: Selection) -> bool:
         """Whether a pixel may show the land from below: through a gap, or from an eye that is not above the mesh."""
@@ -451,17 +439,8 @@ class Picture:
     @property
     def _resources(self) -> Resources:
         """Everything that shading may read."""
-        seen: dict[str, Resource] = {"Listed": self._listed, "u_depth": self._depth}
-        if self._drawn:
-            seen["u_drawn"] = self._drawn
+        seen: dict[str, Resource] = {"Listed": self.targets.listed, "u_depth": self.targets.depth}
+        if self.targets.drawn:
+            seen["u_drawn"] = self.targets.drawn
         map_read = {**self.terrain.resources, **self.view.resources, **self.sums.resources}
         return {**map_read, **self.lighting.resources, **seen}
-
-    def _target(self, made: Target) -> Target:
-        """Keep a resource that depends on the picture's size, to release it at the next resize."""
-        self._targets.append(made)
-        return made
-
-    def _release_targets(self) -> None:
-        while self._targets:
-            self._targets.pop().release()

@@ -20,6 +20,7 @@ sculpting, saver, explainer, store_tiles  the brush; saved files; why a patch ha
 loops, places                  flights for short films; places that the user types
 map_loader, image_reader       load maps, read sky and ground images
 alarm, painter                 watches the promise; draws the picture, in motion and at rest
+ahead                          draws the picture that is expected next
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
 recovery, brush_tool, map_writer, filming, file_dialog, error_box, explain_text

@@ -35,6 +35,11 @@ class Canvas:
         for side in [each for each in self._pictures if each >= sides]:
             gl.release_with_pixels(self._pictures.pop(side)[1])
 
+    def exchange(self, other: "Canvas") -> None:
+        """Show the pictures of another canvas, which gets ours."""
+        self.size, other.size = other.size, self.size
+        self._pictures, other._pictures = other._pictures, self._pictures
+
     def pixels(self, side: int) -> np.ndarray:
         """(height, width, 3): the picture of a side, the top row first."""
         width, height = self.size

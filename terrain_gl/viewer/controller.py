@@ -81,7 +81,11 @@ class Controller:
     @property
     def camera(self) -> Camera:
         """The camera. At first it is the given camera, to the last digit."""
-        return replace(self.start if self.pose == Pose.of(self.start) else self.pose.camera, bend_per_m=self.bend_per_m)
+        return self.camera_at(self.pose)
+
+    def camera_at(self, pose: Pose) -> Camera:
+        """The camera at a pose."""
+        return replace(self.start if pose == Pose.of(self.start) else pose.camera, bend_per_m=self.bend_per_m)
 
     @property
     def axes(self) -> np.ndarray:

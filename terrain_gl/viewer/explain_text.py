@@ -75,14 +75,21 @@ def _place(place: tuple[float, float]) -> str:
     return f"{place[0]:,.0f} m east, {place[1]:,.0f} m north of the corner"
 
 
-def side_line(options: FrameOptions, stats: Stats, is_preview: bool, measured_px: dict[str, float] | None) -> str:
+def side_line(
+    options: FrameOptions,
+    stats: Stats,
+    is_preview: bool,
+    measured_px: dict[str, float] | None,
+    is_short: bool = False,
+) -> str:
     """A line about a side of a split picture: what the user requested, triangles, bound and achieved error."""
     tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
     budget = f"{options.triangles:,} triangles {options.metric}" if options.triangles else tolerance
     asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"
     bound = "preview" if is_preview else bound_words(stats, ".3g")
     found = "" if not measured_px else f", {error_name(measured_px)} {measured_px['max']:.3g} px"
-    mean = f" (RMS {measured_px['rms']:.2g} px)" if measured_px and "rms" in measured_px else ""
+    has_mean = measured_px and "rms" in measured_px and not is_short
+    mean = f" (RMS {measured_px['rms']:.2g} px)" if measured_px and has_mean else ""
     return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}{mean}"
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..basics.steps import Steps, portion
 from ..camera import Camera
+from ..renderer.frame import DrawnFrame
 from ..renderer.lines import Line, posts_on_land
 from .painter import MEASURED_POSTS, Painter
 from .scene import FrameSpec, Scene
@@ -37,6 +38,7 @@ class JumpMeter:
         self._steps: Steps[None] | None = None
         self._of: FrameSpec | None = None  # the picture that is measured
         self._sides: list[Jumps] = []
+        self._ready: tuple[Camera, FrameSpec, list[Jumps]] | None = None  # measured ahead
 
     @property
     def at_work(self) -> bool:
@@ -64,14 +66,24 @@ class JumpMeter:
             return
         if painter.drawn != self._of:
             self._of, self._sides, self._steps = painter.drawn, [], self._measured_steps(self._before)
+            if self._ready and self._ready[:2] == (self._before, self._of):
+                self._sides, self._steps = self._ready[2], None
+                self._scene.window.refresh()
         if self._steps and painter.go_on(self._steps):
             self._steps = None
             self._scene.window.refresh()
 
     def _measured_steps(self, before: Camera) -> Steps[None]:
-        renderer, spec, found = self._scene.renderer, self._of, []
-        assert spec
-        for side, after in enumerate(self._painter.meshes):
+        assert self._of
+        self._sides = yield from self._jumps_steps(before, self._of, self._painter.meshes)
+
+    def ahead_steps(self, before: Camera, spec: FrameSpec, meshes: list[DrawnFrame]) -> Steps[None]:
+        """Measure the jumps of a picture that is not shown yet."""
+        self._ready = before, spec, (yield from self._jumps_steps(before, spec, meshes))
+
+    def _jumps_steps(self, before: Camera, spec: FrameSpec, meshes: list[DrawnFrame]) -> Steps[list[Jumps]]:
+        renderer, found = self._scene.renderer, []
+        for side, after in enumerate(meshes):
             renderer.choose(before, **vars(spec.sides[side]))
             earlier = renderer.inspector.frame
             assert earlier
@@ -81,7 +93,7 @@ class JumpMeter:
             bound_px = None if None in sums or after.options.certified_metric != "max" else sum(filter(None, sums))
             places = posts_on_land(renderer.heightmap, posts)
             found.append(Jumps(float(px.max(initial=0.0)), bound_px, places, px))
-        self._sides = found
+        return found
 
     @property
     def limit_px(self) -> float:

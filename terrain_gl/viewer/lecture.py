@@ -8,22 +8,24 @@ Sentences may name numbers of the picture, such as {triangles}; the window fills
 import json
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..basics.words import metres
+from .ahead import After
 from .explainer import BOX, HIDDEN, Explainer
 from .frame_stats import achieved_px
 from .jumps import JumpMeter
 from .layers import Layers
 from .painter import Painter
 from .pointer import Pointer
-from .scene import Scene
+from .scene import FrameSpec, Scene
 from .sculpting import Sculpting
 from .settings import Settings
-from .state import FIRST, apply, camera_of, checked
+from .state import FIRST, apply, camera_of, checked, spec_of
 
 NEXT = "space", "right", "page down"
 BACK = "left", "page up"
@@ -145,10 +147,16 @@ class Lecture:
         self._pointer = pointer
         self._before: Settings | None = None  # the user's own choices
         self._click: tuple[float, float] | str | None = None  # a patch that is explained when the picture is complete
+        self._scales: dict[int, float] = {}  # by station, the end of the colours of errors that was found ahead
 
     @property
     def station(self) -> Station | None:
         return None if self.number is None else self.stations[self.number]
+
+    @property
+    def coming(self) -> Station | None:
+        """The next station."""
+        return None if self.number is None else next(iter(self.stations[self.number + 1 :]), None)
 
     def begin(self) -> None:
         """Show the first station, or the station that was shown last."""
@@ -200,14 +208,41 @@ class Lecture:
         self.jumps.step(settled)
         if settled and self._fits and not self._scene.controller.moving:
             self._fits = False
-            settings, bound_px = self._scene.settings, self._painter.side_stats[0]["certified_max_error_px"]
-            if bound_px:
-                settings.sides = [side.otherwise(error_scale_px=bound_px) for side in settings.sides]
+            if bound_px := self._painter.side_stats[0]["certified_max_error_px"]:
+                self._scale(bound_px)
         if settled and self._click and not self._scene.controller.moving:
             click, self._click = self._click, None
             at = self._explainer.find(click) if isinstance(click, str) else self._px(click)
             if at:
                 self._explainer.explain(*at)
+        if settled and self.shows_all:
+            self._prepare()
+
+    @property
+    def shows_all(self) -> bool:
+        """Whether the present station shows all that it has, if its picture is complete."""
+        station = self.station
+        if station is None or self._fits or self._click or (station.store and not self._scene.is_paged):
+            return False
+        return not station.before or bool(self.jumps.sides)
+
+    def _prepare(self) -> None:
+        """Let the picture of the next station be drawn ahead, with what it shows over the land."""
+        number, station, ahead = (self.number or 0) + 1, self.coming, self._painter.ahead
+        if station is None or self._scene.is_paged or station.store or station.state.get("layers") is not None:
+            return
+        spec = spec_of(self._scene, station.state)
+        if station.fits and ahead.done == spec and (bound_px := ahead.meshes[0].stats["certified_max_error_px"]):
+            self._scales[number] = bound_px
+        if station.fits and number in self._scales:
+            spec = _fitted(spec, self._scales[number])
+        ahead.want(spec, self._jumps_ahead(station))
+
+    def _jumps_ahead(self, station: Station) -> After | None:
+        if not station.before:
+            return None
+        before = self._scene.for_renderer(camera_of(self._scene, station.before))
+        return partial(self.jumps.ahead_steps, before)
 
     @property
     def next_words(self) -> str:
@@ -238,6 +273,8 @@ class Lecture:
         self._explainer.explanation = None
         self._click = station.click
         apply(self._scene, self._explainer, self._layers, station.state, travels)
+        if station.fits and (bound_px := self._scales.pop(number, None)):
+            self._scale(bound_px)
         before = station.before and self._scene.for_renderer(camera_of(self._scene, station.before))
         self.jumps.follow(before or None)
         self._scene.settings.lens = station.lens
@@ -246,6 +283,11 @@ class Lecture:
         if station.brush != self._sculpting.brushing:
             self._sculpting.toggle()
         self._scene.window.refresh()
+
+    def _scale(self, end_px: float) -> None:
+        """Let the colours of errors end there."""
+        settings = self._scene.settings
+        settings.sides = [side.otherwise(error_scale_px=end_px) for side in settings.sides]
 
     def _numbers(self) -> dict[str, str]:
         """The numbers of the last full picture; unknown while another picture is drawn."""
@@ -287,3 +329,8 @@ class Lecture:
             left, right = (stats["triangles"] for stats in self._painter.side_stats)
             numbers["times"] = f"{max(left, right) / max(min(left, right), 1):.3g}"
         return numbers
+
+
+def _fitted(spec: FrameSpec, end_px: float) -> FrameSpec:
+    """The same picture, with colours of errors that end there."""
+    return replace(spec, sides=tuple(side.otherwise(error_scale_px=end_px) for side in spec.sides))

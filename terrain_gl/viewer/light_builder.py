@@ -20,7 +20,9 @@ class LightBuilder:
         self._making: tuple[Look, Steps[None]] | None = None
 
     def is_due(self, look: Look) -> bool:
-        """Whether light for a look must be made; True also if this is not yet known."""
+        """Whether light for a look must be made; True also if this is not yet known. An unlit style needs none."""
+        if not look.is_lit:
+            return False
         return self.share is not None or self._making is None or self._making[0] != look
 
     def step(self, picture: Picture, look: Look, hurried: bool = False) -> bool:

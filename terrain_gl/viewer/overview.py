@@ -15,14 +15,19 @@ _LINE: Rgba = (1.0, 0.8, 0.47, 1.0)
 
 
 class Overview:
-    """The map. Its shades are computed once for each map; edits do not show in them."""
+    """The map. Its shades are computed anew for another map, and after each stroke."""
 
     def __init__(self) -> None:
-        self._of: Heightmap | None = None
+        self._of: object = None
         self._shades = np.zeros((2, 2), int)
 
-    def show(self, ui: Widgets, controller: Controller, heightmap: Heightmap, size: Size) -> np.ndarray | None:
-        """Build the map; returns the place on the land that was clicked, (3,) in world metres."""
+    def show(
+        self, ui: Widgets, controller: Controller, heightmap: Heightmap, size: Size, version: object
+    ) -> np.ndarray | None:
+        """Build the map; returns the place on the land that was clicked, (3,) in world metres.
+
+        The shades are those of a `version` of the land; None: they stay.
+        """
         imgui = ui.imgui
         east, north = heightmap.extent_m
         scale = min(imgui.get_content_region_avail()[0] / east, TALLEST_EM * ui.em / north)
@@ -31,8 +36,8 @@ class Overview:
         imgui.invisible_button("overview", (max(width, 1.0), max(height, 1.0)))
         clicked = imgui.is_item_clicked()
         ui.hint("overview", "The whole map, north up, and what the camera sees. Click to travel there.")
-        if self._of is not heightmap:
-            self._of, self._shades = heightmap, _shades(ui, heightmap)
+        if version is not None and self._of != version:
+            self._of, self._shades = version, _shades(ui, heightmap)
         paper = imgui.get_window_draw_list()
         rows, cols = (n - 1 for n in self._shades.shape)
         xs = np.rint(left + width * np.arange(cols + 1) / cols).tolist()

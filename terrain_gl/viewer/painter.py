@@ -7,6 +7,7 @@
     then                           light is made, in steps; the picture is drawn again with it
                                    (the tiles of a store get light before the picture is drawn in full size)
     then                           its error is measured, in steps: the largest error first, then all places
+    then                           the picture that is expected next is drawn ahead, in steps   (ahead.py)
 
 The record `FrameSpec` holds everything that a picture depends on. After an edit, the old light is used until the new
 light is made. A preview of a map gets no light, no bound and no measurement.
@@ -22,6 +23,7 @@ from ..renderer import Renderer
 from ..renderer.frame import DrawnFrame, Stats
 from ..renderer.names import Label
 from ..renderer.options import LOOSEST_PX, FrameOptions
+from .ahead import Ahead
 from .canvas import Canvas
 from .frame_budget import COARSEST, FULL, FrameBudget, Way
 from .frame_stats import FrameStats, History, drawing_ms, in_window_px, without_bounds
@@ -42,6 +44,7 @@ class Painter:
     def __init__(self, ctx: moderngl.Context, budget: FrameBudget) -> None:
         self._budget = budget
         self.canvas = Canvas(ctx)
+        self.ahead = Ahead(ctx)
         self.light = LightBuilder(budget)
         self.history = History()
         self.frame = FrameStats("", (0, 0))  # numbers of the last picture
@@ -68,6 +71,7 @@ class Painter:
         self.frame = frame
         self._known.clear()
         self.forget()
+        self.ahead.release()  # its targets are as those of the renderer before
         self.light.stop()
         self._budget.forget()
 
@@ -78,13 +82,16 @@ class Painter:
         if at_once:
             self._asked = None
         self.interrupt()
+        self.ahead.forget()
 
     def interrupt(self) -> None:
         """Stop drawing and measuring in steps, because the renderer is needed for something else."""
+        self.ahead.interrupt()
         self._painting = self._measuring = None
 
     def release(self) -> None:
         self.light.release()
+        self.ahead.release()
         self.canvas.release()
 
     # --- Its state ----------------------------------------------------------------------------------------------------
@@ -112,7 +119,14 @@ class Painter:
 
     def is_busy(self, spec: FrameSpec) -> bool:
         under_way = self._painting is not None or self._measuring is not None
-        return under_way or spec != self.drawn or self.light.is_due(spec.lit_look)
+        return under_way or spec != self.drawn or self.light.is_due(spec.lit_look) or self._may_draw_ahead(spec)
+
+    def _may_draw_ahead(self, spec: FrameSpec) -> bool:
+        """Whether nothing else is to do, and a picture is to be drawn ahead whose light is there."""
+        wanted = self.ahead.wanted
+        if wanted is None or not self.ahead.is_due or wanted.size != spec.size or self.light.is_due(wanted.lit_look):
+            return False
+        return self.is_done(spec) and not (self._painting or self._measuring or self._unmeasured)
 
     def is_done(self, spec: FrameSpec) -> bool:
         """Whether this picture is drawn, in full size and lit. It may not be measured yet."""
@@ -148,12 +162,19 @@ class Painter:
         if spec != self._asked:
             self._asked = spec
             self._asked_s = now_s
+        if not spec.lit_look.is_lit and self.light.share is not None:
+            self.light.stop()
         unlit = self.light.is_due(spec.lit_look)
         fresh = self.drawn is None
         dark = unlit and not (self.light.lit == spec.lit_look and renderer.picture.lighting.is_there)
         hurried = moving or dark or now_s - self._asked_s < REST_S or self._ripens(renderer, spec, now_s)
         changed = False
-        if not hurried:
+        if spec != self.drawn and spec == self.ahead.done and not unlit:
+            self._take_ahead(renderer, spec)
+            changed = True
+        elif not hurried and self._may_draw_ahead(spec):
+            self._draw_ahead(renderer)
+        elif not hurried:
             changed = self._rest(renderer, spec, now_s, measure=not unlit)
         elif spec != self.drawn:
             changed = True
@@ -235,16 +256,27 @@ class Painter:
     def _draw_steps(self, renderer: Renderer, spec: FrameSpec, way: Way, gradual: bool = True) -> Steps[None]:
         """Draw all sides; yields progress from 0 to 1 for each side."""
         _resize(renderer, spec.size, way)
-        drawn: list[DrawnFrame] = []
-        for side in _last_first(spec):
-            options = vars(_hurried(spec.sides[side], way))
-            earlier = self.meshes[side] if side < len(self.meshes) else None
-            yield from renderer.draw_steps(spec.camera, gradual=gradual, earlier=earlier, **options)
-            assert renderer.inspector.frame
-            drawn.insert(0, renderer.inspector.frame)
-            self.canvas.take(renderer, spec.size, side)
-        self.meshes = drawn
-        self._note(spec, [frame.stats for frame in drawn], way, renderer)
+        self.meshes = yield from _sides_steps(renderer, spec, way, gradual, self.canvas, self.meshes)
+        self._note(spec, way, renderer)
+
+    def _draw_ahead(self, renderer: Renderer) -> None:
+        """Draw and measure the picture that is expected next, for a while."""
+
+        def steps(spec: FrameSpec, canvas: Canvas, earlier: list[DrawnFrame]) -> Steps[list[DrawnFrame]]:
+            meshes = yield from _sides_steps(renderer, spec, FULL, True, canvas, earlier)
+            self._known.add(_kind(spec))
+            return meshes
+
+        self.ahead.step(renderer, steps, lambda meshes: _measured_steps(renderer, meshes), self.go_on)
+
+    def _take_ahead(self, renderer: Renderer, spec: FrameSpec) -> None:
+        """Show the picture that was drawn ahead."""
+        self.interrupt()
+        _resize(renderer, spec.size)
+        self.meshes, measured = self.ahead.take(renderer, self.canvas)
+        self.frame.fps = None
+        self._note(spec, FULL, renderer)
+        self._note_measured(measured)
 
     def _sketch(self, renderer: Renderer, spec: FrameSpec) -> None:
         """Draw a preview of a new split: each side by its method, small, in a plain style.
@@ -279,7 +311,8 @@ class Painter:
             return self._go_on() or self._tells() or was_moving
         return (measure and self._measure(renderer)) or was_moving
 
-    def _note(self, spec: FrameSpec, stats: list[Stats], way: Way, renderer: Renderer) -> None:
+    def _note(self, spec: FrameSpec, way: Way, renderer: Renderer) -> None:
+        stats: list[Stats] = [frame.stats for frame in self.meshes]
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
         stats = [in_window_px(each, way.shrink) for each in stats]
@@ -318,10 +351,10 @@ class Painter:
         for mesh in self.meshes:
             largest.append((yield from renderer.inspector.largest_steps(MEASURED_POSTS, mesh)))
         self._know([{"max": px} if px is not None else {} for px in largest])
-        measured = []
-        for mesh in self.meshes:
-            achieved = yield from renderer.inspector.measure_steps(MEASURED_POSTS, mesh)
-            measured.append({"max": achieved.max_px, "rms": achieved.rms_px})
+        self._note_measured((yield from _measured_steps(renderer, self.meshes)))
+
+    def _note_measured(self, measured: list[dict[str, float]]) -> None:
+        """Show achieved errors: all places are measured."""
         self._know(measured)
         self._unmeasured = False
         self._measuring = None
@@ -332,6 +365,30 @@ class Painter:
         self.frame.measured_px = measured[0] or None
         if (px := self.frame.achieved_px) is not None:
             self.history.add_measured(px)
+
+
+def _sides_steps(
+    renderer: Renderer, spec: FrameSpec, way: Way, gradual: bool, canvas: Canvas, earlier: list[DrawnFrame]
+) -> Steps[list[DrawnFrame]]:
+    """Draw all sides on a canvas; yields progress from 0 to 1 for each side, and returns their meshes."""
+    drawn: list[DrawnFrame] = []
+    for side in _last_first(spec):
+        options = vars(_hurried(spec.sides[side], way))
+        before = earlier[side] if side < len(earlier) else None
+        yield from renderer.draw_steps(spec.camera, gradual=gradual, earlier=before, **options)
+        assert renderer.inspector.frame
+        drawn.insert(0, renderer.inspector.frame)
+        canvas.take(renderer, spec.size, side)
+    return drawn
+
+
+def _measured_steps(renderer: Renderer, meshes: list[DrawnFrame]) -> Steps[list[dict[str, float]]]:
+    """Measure each mesh; yields progress from 0 to 1 for each, and returns the errors by metric."""
+    measured = []
+    for mesh in meshes:
+        achieved = yield from renderer.inspector.measure_steps(MEASURED_POSTS, mesh)
+        measured.append({"max": achieved.max_px, "rms": achieved.rms_px})
+    return measured
 
 
 def labels_of(renderer: Renderer, spec: FrameSpec) -> list[Label]:

@@ -281,8 +281,9 @@ class Panels:
     def _explanations(self, ui: Widgets) -> None:
         width = self._viewer.window.size[0]
         if self._settings.split:
-            for side in range(2):
-                self._side(ui, side)
+            heights = [self._side(ui, side) for side in range(2)]
+            if self._top_px:
+                self._free_px -= max(heights) + MARGIN * ui.scale
         if patch := self._viewer.explainer.explanation:
             bottom = self._free_px - MARGIN * ui.scale
             is_right = self._viewer.explainer.at_px < 0.5 * (self._taken(ui) + width)  # beside its patch, not over it
@@ -292,8 +293,11 @@ class Panels:
         elif self._settings.sums:
             self._sums(ui)
 
-    def _side(self, ui: Widgets, side: int) -> None:
-        """Build the text on a side of the split picture."""
+    def _side(self, ui: Widgets, side: int) -> float:
+        """Build the text on a side of the split picture; returns its height.
+
+        It is at the top; in a lecture at the bottom, because the sentences at the top already cover far land.
+        """
         columns, rows = self._viewer.window.size
         split = self._viewer.scene.split
         is_right = split.is_right(side)
@@ -301,12 +305,14 @@ class Panels:
         right = self._viewer.sums_frame[0] if is_right and self._settings.sums else end
         width = max(right - begin - (0.0 if is_right else self._taken(ui)) - 4 * MARGIN * ui.scale, 8 * ui.em)
         if is_right and right - begin < 10 * ui.em:  # the summed-area table is there instead
-            return
+            return 0.0
         painter = self._viewer.painter
         frame = painter.frame
         options = self._settings.sides[side]
-        place = begin + 0.01 * columns if is_right else end - 0.01 * columns, max(0.02 * rows, self._top_px)
-        with ui.window(f"##side {side}", place, (float(not is_right), 0.0)), ui.wrapped(width):
+        is_low = self._top_px > 0
+        x = begin + 0.01 * columns if is_right else end - 0.01 * columns
+        y = self._free_px - MARGIN * ui.scale if is_low else 0.02 * rows
+        with ui.window(f"##side {side}", (x, y), (float(not is_right), float(is_low))), ui.wrapped(width):
             shown = None
             if frame.is_sketch:
                 text = f"preview of {options.method}; it promises nothing"
@@ -316,13 +322,14 @@ class Panels:
                 stats = painter.side_stats[side]
                 words = frame.way.words(stats["requested_max_error_px"] is not None)
                 measured = painter.side_measured[side] if painter.side_measured else None
-                text = explain_text.side_line(options, stats, frame.is_preview, measured)
+                text = explain_text.side_line(options, stats, frame.is_preview, measured, is_short=is_low)
                 text += f"; in motion {words}" if words else ""
                 shown = self._viewer.legend(side) if width > NARROW_EM * ui.em else None
             ui.imgui.text(text)
             ui.imgui.dummy((min(width, LEGEND_EM * ui.em), 0.0))  # the same width for all these texts: none is cut
             if shown:
                 ui.legend(shown)
+            return float(ui.imgui.get_window_size()[1])
 
     def _sums(self, ui: Widgets) -> None:
         """Build the numbers of the summed-area table."""

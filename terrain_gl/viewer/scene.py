@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -139,15 +140,28 @@ class Scene:
 
     def frame_spec(self, size: Size | None = None) -> FrameSpec:
         """The picture that should be shown in the window, or the same picture of another size."""
+        controller = self.controller
+        spec = self.spec_of(controller.camera, self.settings.sides, self.frozen, controller.near_m, size)
+        first = spec.sides[0]
+        controller.bend_per_m = self.heightmap.bend_per_m(first.curvature, first.refraction or 0.0)
+        return spec
+
+    def spec_of(
+        self,
+        camera: Camera,
+        sides: Sequence[FrameOptions],
+        frozen: Camera | None,
+        near_m: float | None = None,
+        size: Size | None = None,
+    ) -> FrameSpec:
+        """The picture of a camera with these sides; by default in the size of the window."""
         changes: dict[str, Any] = {}
-        if near_m := self.controller.near_m:
+        if near_m:
             changes["near_m"] = near_m
-        if self.frozen:
-            changes["chosen_for"] = self.for_renderer(self.frozen)
-        sides = tuple(replace(self.drawable(side), **changes) for side in self.settings.sides)
-        camera = self.controller.camera
-        self.controller.bend_per_m = self.heightmap.bend_per_m(sides[0].curvature, sides[0].refraction or 0.0)
-        return FrameSpec(self.for_renderer(camera), size or self.window.size, sides, self.split)
+        if frozen:
+            changes["chosen_for"] = self.for_renderer(frozen)
+        drawable = tuple(replace(self.drawable(side), **changes) for side in sides)
+        return FrameSpec(self.for_renderer(camera), size or self.window.size, drawable, self.split)
 
     @property
     def split(self) -> Split:

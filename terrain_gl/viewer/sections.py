@@ -191,7 +191,8 @@ class CameraSection:
     def show(self, ui: Widgets, viewer: Viewer) -> None:
         _camera(ui, viewer)
         scene = viewer.scene
-        place = self._overview.show(ui, scene.controller, scene.heightmap, viewer.window.size)
+        version = None if viewer.sculpting.at_work else (scene.renderer, scene.renderer.terrain.edits)
+        place = self._overview.show(ui, scene.controller, scene.heightmap, viewer.window.size, version)
         if place is not None and np.isfinite(place).all():
             viewer.travel_above(place)
 

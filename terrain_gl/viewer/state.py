@@ -22,7 +22,7 @@ from ..renderer.overlay import read_paint
 from .explainer import Explainer
 from .layers import Layers
 from .pose import Pose, vector
-from .scene import Scene
+from .scene import FrameSpec, Scene
 
 FIRST = "first"  # the view of the map itself
 _KEYS = {"view", "layers", "sides", "divider", "swapped", "centred", "frozen", "sums"}
@@ -82,19 +82,37 @@ def checked(state: object, where: str) -> dict[str, Any]:
 def apply(scene: Scene, explainer: Explainer, layers: Layers, state: dict[str, Any], travels: bool = True) -> None:
     """Show a state. The camera travels to its view, or jumps there if not `travels`."""
     settings = scene.settings
-    base = FrameOptions(sun=scene.opened.sun, look=settings.options.look)
-    explainer.take_sides([_options(side, base) for side in state.get("sides", [{}])])
+    explainer.take_sides(_sides(scene, state))
     settings.divider = state.get("divider", 0.5)
     settings.swapped, settings.centred = bool(state.get("swapped")), bool(state.get("centred"))
     settings.sums = bool(state.get("sums"))
     layers.restore(state.get("layers"))
-    frozen = state.get("frozen")
-    scene.frozen = camera_of(scene, frozen) if frozen else None
-    pose = Pose.of(camera_of(scene, state.get("view", FIRST)))
+    scene.frozen = _frozen(scene, state)
+    pose = _pose(scene, state)
     if travels:
         scene.controller.travel_to(pose)
     else:
         scene.controller.pose = pose
+
+
+def spec_of(scene: Scene, state: dict[str, Any]) -> FrameSpec:
+    """The picture that a state will show; the size is that of the window now."""
+    sides = [side.otherwise(exaggeration=scene.exaggeration) for side in _sides(scene, state)]
+    return scene.spec_of(scene.controller.camera_at(_pose(scene, state)), sides, _frozen(scene, state))
+
+
+def _sides(scene: Scene, state: dict[str, Any]) -> list[FrameOptions]:
+    base = FrameOptions(sun=scene.opened.sun, look=scene.settings.options.look)
+    return [_options(side, base) for side in state.get("sides", [{}])]
+
+
+def _frozen(scene: Scene, state: dict[str, Any]) -> Camera | None:
+    frozen = state.get("frozen")
+    return camera_of(scene, frozen) if frozen else None
+
+
+def _pose(scene: Scene, state: dict[str, Any]) -> Pose:
+    return Pose.of(camera_of(scene, state.get("view", FIRST)))
 
 
 def camera_of(scene: Scene, view: Any) -> Camera:

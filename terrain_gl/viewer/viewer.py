@@ -94,7 +94,7 @@ class Viewer:
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self.lecture: Lecture | None = None  # once one was begun
-        self.lecture_store = LectureStore(self.scene, self.loader, self.sculpting)
+        self.lecture_store = LectureStore(self.scene, self.loader, self.sculpting, self.budget)
         self.lost: list[Path] = []  # recovery files of windows that ended by an error
         self._lines: Lines | None = None
         self._moved_s: float | None = None
@@ -316,6 +316,8 @@ class Viewer:
             return True
         if self.saver.shot or self.sculpting.at_work or (self.lecture and self.lecture.jumps.at_work):
             return True
+        if self.lecture_store.builds:
+            return True
         return self.scene.controller.moving or self.painter.is_busy(self.scene.frame_spec())
 
     @property
@@ -338,6 +340,8 @@ class Viewer:
     def wait_s(self) -> float:
         """Seconds until a frame may be due without any event."""
         if (self.loader.job and not self.loader.job.opened) or self.images.busy or self.layers.busy or self.files.busy:
+            return 0.03
+        if self.lecture_store.at_work:
             return 0.03
         if self.tiles.are_coming or self.tiles.is_rebuilding:
             return 0.02
@@ -404,7 +408,9 @@ class Viewer:
 
     def _follow_lecture(self, lecture: Lecture) -> None:
         """Show a store of the map while a station needs it, and then the map again."""
-        back = self.lecture_store.step(bool(lecture.station and lecture.station.store))
+        station, coming = lecture.station, lecture.coming
+        has_time = lecture.shows_all and self.settled
+        back = self.lecture_store.step(bool(station and station.store), bool(coming and coming.store), has_time)
         lecture.lacks = self.lecture_store.words
         if back:
             pose, sides = self.scene.controller.pose, list(self.settings.sides)

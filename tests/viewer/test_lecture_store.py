@@ -47,6 +47,45 @@ def test_a_store_is_made_and_shown_and_the_map_comes_back_as_it_was(app):
     assert viewer.scene.renderer is memory and viewer.scene.controller.pose == pose
 
 
+def wait_for_store(app):
+    """Do frames until the store that is made ahead is there, with its tables."""
+    store = app.viewer.lecture_store
+    settle(app)
+    later(app)
+    assert store.at_work
+    store._job.join()
+    settle(app)
+    assert not store.at_work and store._job.renderer and not app.viewer.scene.is_paged
+
+
+def test_the_store_is_made_while_the_station_before_is_at_rest(app):
+    viewer = at_last_station(app)
+    viewer.lecture.go_to(len(viewer.lecture.stations) - 2)
+    wait_for_store(app)
+    app.key_down("space", "space")  # the answer
+    app.key_down("space", "space")
+    later(app, 0.0)
+    assert viewer.loader.job is viewer.lecture_store._job
+    later(app, 0.0)
+    assert viewer.scene.is_paged
+    settle(app)
+    assert viewer.lecture.texts()[0][0].startswith("This is a store")
+
+
+def test_a_store_that_is_made_ahead_is_dropped_when_the_land_changes_or_the_lecture_ends(app):
+    viewer = at_last_station(app)
+    viewer.lecture.go_to(len(viewer.lecture.stations) - 2)
+    wait_for_store(app)
+    job = viewer.lecture_store._job
+    stroke(viewer, (500, 420), (530, 420))
+    assert viewer.sculpting.unsaved and viewer.lecture_store._job is None and job.renderer is None
+    app.press("ctrl+z")
+    wait_for_store(app)
+    viewer.lecture.end()
+    later(app)
+    assert viewer.lecture_store._job is None
+
+
 def test_a_station_that_is_left_early_makes_no_store(app, monkeypatch):
     gate, build = threading.Event(), lecture_store.build
 

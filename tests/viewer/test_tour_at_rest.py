@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from viewers import later, listen, settle
+from viewers import changed, later, listen, seen, settle, stroke
 
 from terrain_gl.viewer.overview import outline
 from terrain_gl.viewer.tour import REST_S
@@ -54,6 +54,29 @@ def test_a_lecture_and_a_brush_keep_the_tour_away(app):
     for _ in range(3):
         later(app, REST_S)
     assert viewer.tour.is_running
+
+
+def test_the_small_map_follows_strokes_and_their_undoing(app):
+    app.resize((900, 900), 1.0)
+    app.panels.opened |= dict.fromkeys(app.panels.opened, False) | {"Camera": True}
+
+    def small_map():
+        for _ in range(3):
+            listen(app)
+        left, top, right, bottom = (round(each) for each in app.gui.widgets.places["overview"])
+        return seen(app)[top:bottom, left:right]
+
+    before = small_map()
+    app.press("b")
+    settle(app)
+    app.viewer.sculpting.tool.radius_m = 300.0
+    stroke(app.viewer, (600, 450), (650, 450))
+    assert app.viewer.sculpting.unsaved
+    after = small_map()
+    assert 0.01 < changed(after, before) < 0.9
+    app.press("ctrl+z")
+    settle(app)
+    assert changed(small_map(), before) < 0.01
 
 
 def test_the_small_map_has_the_outline_of_the_view_and_a_click_travels(app):
