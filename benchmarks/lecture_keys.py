@@ -4,8 +4,8 @@
 
 A row for each key that leads to another station. "All" also has the achieved error, the explained patch, the colours
 of errors that end at a bound, and jumps. The camera travels for 0.8 s. Before each key the window works until nothing
-is left to do, or for REST_S seconds at most; this time is in the table, and the longest frame in it: an event waits for
-it. It needs no window.
+is left to do, or for REST_S seconds at most; this time is in the table, and the longest frame in it, in seconds of the
+processor: an event waits for it. It needs no window.
 """
 
 from __future__ import annotations
@@ -69,15 +69,15 @@ def shows_all(app: App) -> bool:
 
 def rest(app: App, most_s: float) -> tuple[float, float]:
     """Do frames until there is nothing more to do, or the time is over; returns the seconds, and the longest frame."""
-    begun, longest = time.perf_counter(), 0.0
-    while app.busy or not app.viewer.settled or app.viewer.painter.waits_for_rest:
-        before = time.perf_counter()
-        app.frame(before)
-        app.viewer.ctx.finish()
-        longest = max(longest, time.perf_counter() - before)
-        if time.perf_counter() - begun > most_s:
-            break
-    return time.perf_counter() - begun, longest
+    viewer, begun, longest = app.viewer, now(), 0.0
+    while True:
+        before = now()
+        app.frame(time.perf_counter())
+        viewer.ctx.finish()
+        longest = max(longest, float((now() - before)[1]))
+        waits = viewer.painter.waits_for_rest or viewer.lecture_store.at_work
+        if (viewer.settled and not (app.busy or waits)) or now()[0] - begun[0] > most_s:
+            return float(now()[0] - begun[0]), longest
 
 
 def now() -> np.ndarray:

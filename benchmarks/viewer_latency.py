@@ -114,7 +114,9 @@ def fly(app: App) -> None:
             begun = _now()
         app.frame(time.perf_counter())
         app.viewer.ctx.finish()
-        ways[app.viewer.painter.frame.way.words(True) or "full size"] += i >= FLOWN // 2
+        ways[
+            app.viewer.painter.frame.way.words(app.viewer.painter.frame.stats["requested_max_error_px"]) or "full size"
+        ] += i >= FLOWN // 2
     clock_s, work_s = _now() - begun
     print(f"flight: {FLOWN / 2 / clock_s:.1f} frames/s, {2e3 * work_s / FLOWN:.0f} ms of the processor a frame")
     print(f"        {', '.join(f'{count} frames in {way}' for way, count in ways.items() if count)}")

@@ -45,7 +45,7 @@ def _frame_words(frame: FrameStats, at_rest: bool) -> str:
     """Rate or time, and how the picture differs from one at rest: together they must fit into the panel."""
     if at_rest and frame.fps is None:
         return f"{seconds(drawing_ms(frame.stats))}, at rest"
-    way = frame.way.words(frame.stats["requested_max_error_px"] is not None)
+    way = frame.way.words(frame.stats["requested_max_error_px"])
     rate = f"{frame.fps:.{1 if frame.fps < 10 else 0}f} frames/s" if frame.fps else seconds(drawing_ms(frame.stats))
     return ", ".join(filter(None, (rate, way)))
 

@@ -21,10 +21,10 @@ class Way(NamedTuple):
         """Whether this is the picture that is drawn at rest."""
         return self.shrink == self.looser == 1
 
-    def words(self, has_tolerance: bool) -> str:
-        """This way as text for panels; "" for the full picture. Budgets and baselines have no tolerance."""
+    def words(self, tolerance_px: float | None) -> str:
+        """This way as text for panels; "" for the full picture. Baselines have no tolerance."""
         size = [f"1/{self.shrink} size"] if self.shrink > 1 else []
-        loose = [f"{self.shrink * self.looser} × tolerance"] if has_tolerance and not self.is_full else []
+        loose = [f"tolerance {tolerance_px:.3g} px"] if tolerance_px and not self.is_full else []
         return ", ".join(size + loose)
 
 

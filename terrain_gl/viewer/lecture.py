@@ -31,7 +31,21 @@ NEXT = "space", "right", "page down"
 BACK = "left", "page up"
 UNKNOWN = "…"  # a number that is not known yet
 MEASURING = "being measured"
-_OWN = {"name", "sees", "says", "asks", "answers", "click", "points", "lens", "brush", "fits", "before", "store"}
+_OWN = {
+    "name",
+    "sees",
+    "says",
+    "asks",
+    "answers",
+    "click",
+    "points",
+    "lens",
+    "brush",
+    "fits",
+    "before",
+    "store",
+    "rows",
+}
 _NUMBERS = (
     "posts",
     "every",
@@ -67,6 +81,7 @@ class Station:
     brush: bool  # whether the brush is taken
     fits: bool  # whether the colours of errors end at the bound of the first side, in a window of any size
     store: bool  # whether a store of the map is shown
+    rows: int  # of the window for which its tolerances are meant: they grow with the window; 0 for any window
     before: Any  # the view of the frame before, from which jumps are measured; None for no measurement
 
 
@@ -108,6 +123,7 @@ def _station(entry: dict[str, Any], where: str) -> Station:
         bool(entry.get("brush")),
         bool(entry.get("fits")),
         bool(entry.get("store")),
+        int(entry.get("rows", 0)),
         entry.get("before"),
     )
     checked({"view": entry.get("before") or FIRST}, where)
@@ -231,7 +247,7 @@ class Lecture:
         number, station, ahead = (self.number or 0) + 1, self.coming, self._painter.ahead
         if station is None or self._scene.is_paged or station.store or station.state.get("layers") is not None:
             return
-        spec = spec_of(self._scene, station.state)
+        spec = spec_of(self._scene, self._state(station))
         if station.fits and ahead.done == spec and (bound_px := ahead.meshes[0].stats["certified_max_error_px"]):
             self._scales[number] = bound_px
         if station.fits and number in self._scales:
@@ -272,7 +288,7 @@ class Lecture:
         self._fits = station.fits
         self._explainer.explanation = None
         self._click = station.click
-        apply(self._scene, self._explainer, self._layers, station.state, travels)
+        apply(self._scene, self._explainer, self._layers, self._state(station), travels)
         if station.fits and (bound_px := self._scales.pop(number, None)):
             self._scale(bound_px)
         before = station.before and self._scene.for_renderer(camera_of(self._scene, station.before))
@@ -283,6 +299,17 @@ class Lecture:
         if station.brush != self._sculpting.brushing:
             self._sculpting.toggle()
         self._scene.window.refresh()
+
+    def _state(self, station: Station) -> dict[str, Any]:
+        """The state of a station for this window: a larger one shows the same mesh, if the station asks for that."""
+        if not station.rows:
+            return station.state
+        larger = self._scene.window.size[1] / station.rows
+        sides = [
+            side | {"max_error_px": float(f"{larger * side['max_error_px']:.2g}")} if "max_error_px" in side else side
+            for side in station.state.get("sides", [{}])
+        ]
+        return station.state | {"sides": sides}
 
     def _scale(self, end_px: float) -> None:
         """Let the colours of errors end there."""

@@ -35,6 +35,7 @@ REST_S = 0.25  # the full picture is drawn after this time without a change
 RIPE_S = 10.0  # longest wait for light of a store's tiles; without it, the full picture would be drawn twice
 TOLD_S = 1.0  # seconds between two displays of the progress of light: drawing panels takes time, too
 Kind = tuple[object, ...]
+FINEST_PX = 0.25  # least tolerance of a picture that will be enlarged, in its own pixels
 MEASURED_POSTS = 256  # posts along the side of the squares that are measured
 
 
@@ -257,7 +258,7 @@ class Painter:
         """Draw all sides; yields progress from 0 to 1 for each side."""
         _resize(renderer, spec.size, way)
         self.meshes = yield from _sides_steps(renderer, spec, way, gradual, self.canvas, self.meshes)
-        self._note(spec, way, renderer)
+        self._note(spec, [frame.stats for frame in self.meshes], way, renderer)
 
     def _draw_ahead(self, renderer: Renderer) -> None:
         """Draw and measure the picture that is expected next, for a while."""
@@ -275,7 +276,7 @@ class Painter:
         _resize(renderer, spec.size)
         self.meshes, measured = self.ahead.take(renderer, self.canvas)
         self.frame.fps = None
-        self._note(spec, FULL, renderer)
+        self._note(spec, [frame.stats for frame in self.meshes], FULL, renderer)
         self._note_measured(measured)
 
     def _sketch(self, renderer: Renderer, spec: FrameSpec) -> None:
@@ -287,7 +288,7 @@ class Painter:
         _resize(renderer, spec.size, COARSEST)
         for side, options in enumerate(spec.sides):
             plain = replace(options, style="lambert", wires=False, contour_m=None)
-            renderer.draw(spec.camera, **vars(_hurried(plain, COARSEST)))
+            renderer.draw(spec.camera, **vars(hastened(plain, COARSEST)))
             self.canvas.take(renderer, spec.size, side)
         self.drawn = spec
         self.labels = []
@@ -311,8 +312,7 @@ class Painter:
             return self._go_on() or self._tells() or was_moving
         return (measure and self._measure(renderer)) or was_moving
 
-    def _note(self, spec: FrameSpec, way: Way, renderer: Renderer) -> None:
-        stats: list[Stats] = [frame.stats for frame in self.meshes]
+    def _note(self, spec: FrameSpec, stats: list[Stats], way: Way, renderer: Renderer) -> None:
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
         stats = [in_window_px(each, way.shrink) for each in stats]
@@ -373,7 +373,7 @@ def _sides_steps(
     """Draw all sides on a canvas; yields progress from 0 to 1 for each side, and returns their meshes."""
     drawn: list[DrawnFrame] = []
     for side in _last_first(spec):
-        options = vars(_hurried(spec.sides[side], way))
+        options = vars(hastened(spec.sides[side], way))
         before = earlier[side] if side < len(earlier) else None
         yield from renderer.draw_steps(spec.camera, gradual=gradual, earlier=before, **options)
         assert renderer.inspector.frame
@@ -408,7 +408,7 @@ def _last_first(spec: FrameSpec) -> range:
     return range(len(spec.sides) - 1, -1, -1)
 
 
-def _hurried(side: FrameOptions, way: Way) -> FrameOptions:
+def hastened(side: FrameOptions, way: Way) -> FrameOptions:
     """The same side as it is drawn in motion: with a multiple of its tolerance.
 
     A mesh for a number of triangles takes many tries, so a tolerance takes its place. It is one of the largest error,
@@ -417,6 +417,7 @@ def _hurried(side: FrameOptions, way: Way) -> FrameOptions:
     if way.is_full:
         return side
     tolerance_px = min(way.looser * (side.max_error_px or 1.0), math.nextafter(LOOSEST_PX, 0.0))
+    tolerance_px = max(tolerance_px, FINEST_PX) if way.shrink > 1 else tolerance_px
     return replace(side, triangles=None, max_error_px=tolerance_px, metric="max" if side.triangles else side.metric)
 
 

@@ -320,7 +320,7 @@ class Panels:
                 text = "choosing the mesh …" if side else "the picture before"
             else:
                 stats = painter.side_stats[side]
-                words = frame.way.words(stats["requested_max_error_px"] is not None)
+                words = frame.way.words(stats["requested_max_error_px"])
                 measured = painter.side_measured[side] if painter.side_measured else None
                 text = explain_text.side_line(options, stats, frame.is_preview, measured, is_short=is_low)
                 text += f"; in motion {words}" if words else ""

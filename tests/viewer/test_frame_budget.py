@@ -4,7 +4,9 @@ import math
 
 import pytest
 
+from terrain_gl.renderer.options import FrameOptions
 from terrain_gl.viewer.frame_budget import COARSEST, FULL, WAYS, FrameBudget
+from terrain_gl.viewer.painter import FINEST_PX, hastened
 
 
 def flown(budget, full_ms, frames=6):
@@ -48,6 +50,14 @@ def test_a_new_map_begins_coarse():
 
 def test_a_panel_names_what_is_coarser_than_at_rest():
     """A budget of triangles has no tolerance, so only its picture's size changes."""
-    tolerant, budgeted = ([way.words(has_tolerance) for way in WAYS] for has_tolerance in (True, False))
-    assert tolerant[0] == "" and tolerant[1] == "2 × tolerance" and tolerant[3] == "1/2 size, 4 × tolerance"
+    tolerant, budgeted = ([way.words(tolerance_px) for way in WAYS] for tolerance_px in (8.0, None))
+    assert tolerant[0] == "" and tolerant[1] == "tolerance 8 px" and tolerant[3] == "1/2 size, tolerance 8 px"
     assert budgeted[:4] == ["", "", "", "1/2 size"]
+
+
+def test_a_picture_that_will_be_enlarged_is_no_finer_than_a_quarter_of_its_pixels():
+    """At 1/32 px, such a picture had 0.8 million triangles, and no input was followed meanwhile."""
+    fine, coarse = FrameOptions(1 / 32), FrameOptions(1.0)
+    assert hastened(fine, COARSEST).max_error_px == FINEST_PX
+    assert hastened(coarse, COARSEST).max_error_px == COARSEST.looser
+    assert hastened(fine, FULL).max_error_px == 1 / 32 and hastened(fine, WAYS[1]).max_error_px == 1 / 16

@@ -4,11 +4,11 @@ import json
 from dataclasses import replace
 
 import pytest
-from viewers import settle, texts
+from viewers import listen, settle, texts
 
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.viewer import state
-from terrain_gl.viewer.lecture import UNKNOWN, read_lecture
+from terrain_gl.viewer.lecture import UNKNOWN, _station, read_lecture
 from terrain_gl.viewer.marks import lines_on_land
 from terrain_gl.viewer.memory import Memory
 
@@ -75,6 +75,30 @@ def test_a_wrong_station_is_named_in_one_line(tmp_path, station, words):
     with pytest.raises(UsageError, match=f"mine.json, station 2: .*{words}") as told:
         read_lecture(str(path))
     assert "\n" not in str(told.value)
+
+
+def test_tolerances_for_a_window_of_some_rows_grow_with_the_window(app):
+    plain = {"name": "one", "says": [], "asks": "?", "sides": [{"max_error_px": 2}]}
+    for rows, tolerance_px in ((720, 4.0), (0, 2.0)):
+        app.resize((900, 1440), 1.0)
+        app.viewer.give_lecture([_station(plain | {"rows": rows}, "test")])
+        assert app.viewer.settings.options.max_error_px == tolerance_px
+
+
+def test_the_legends_of_a_split_are_low_in_a_lecture(app):
+    """The sentences are at the top, so legends there would cover the far land."""
+    sides = [{"style": "lod", "max_error_px": 8}, {"style": "lod", "max_error_px": 2}]
+    begin(app, [_station({"name": "one", "says": ["Look."], "asks": "?", "sides": sides}, "test")])
+    for is_given in (True, False):
+        for _ in range(3):
+            listen(app)
+        tops = [top for name, _, top, _, _ in listen(app).windows if name.startswith("##side")]
+        rows = app.viewer.window.size[1]
+        assert len(tops) == 2 and all((top > 0.6 * rows) is is_given for top in tops)
+        kept = list(app.viewer.settings.sides)
+        app.viewer.lecture.end()
+        app.viewer.settings.sides = kept
+        settle(app)
 
 
 def test_a_file_that_is_no_lecture_is_named(tmp_path):
