@@ -7,7 +7,7 @@
 
 struct Level {
     ivec2 size;         // nodes, columns and rows
-    int first_node;     // first entry in node[], levels ≥ 1
+    int first_node;     // first record of this level in node[] and range[] (error/record.glsl), levels ≥ 1
     int first_count;    // first word of this level's table of class counters
     int first_page;     // of a store: first entry in its table of pages
 };
@@ -29,7 +29,7 @@ layout(std140, binding = 0) uniform Terrain {
 layout(binding = 0) uniform sampler2D u_heights;
 layout(binding = 1) uniform usampler2D u_marks;  // VOID and WET; of pages also HOLE and HOLED
 
-#define WEST 0  // edges and wedges, in gl_TessLevelOuter's order
+#define WEST 0  // edges of a node or patch, in gl_TessLevelOuter's order
 #define NORTH 1
 #define EAST 2
 #define SOUTH 3
@@ -55,7 +55,7 @@ float highest_m() { return u_low_m + u_span_m + u_beyond_m.y; }
 float most_m() { return u_span_m + (u_beyond_m.x + u_beyond_m.y); }
 
 // What rounding adds to the error of a mesh with vertices between posts. Their heights are interpolated between two
-// interpolated heights, and each rounds twice. A 16th of that is for the cell's twist: docs/guarantee.md, section 7.
+// interpolated heights, and each rounds twice. The cell's twist adds 1/16 of that: docs/guarantee.md, section 7.
 float rounding_between_m() { return max(abs(lowest_m()), abs(highest_m())) * (exp2(-22.0) + exp2(-26.0)); }
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
@@ -97,8 +97,10 @@ vec2 unpack_range(uint range) {
 }
 
 // --- Error classes: docs/guarantee.md, section 3 ---
-//   Class 0 has the largest limit. Limits go down from the span. First come WIDE_CLASSES, down to u_class_octaves.x
-//   octaves below the span. NARROW_CLASSES of an eighth of an octave each follow, then wide ones again.
+//   A class is a limit of errors. For each class, a table counts the tiles with a larger error (error/bound.glsl).
+//   Class 0 has the largest limit. Limits go down from the span; an octave is a factor of two. First come WIDE_CLASSES,
+//   down to u_class_octaves.x octaves below the span. NARROW_CLASSES of an eighth of an octave each follow, then wide
+//   ones again.
 
 float class_limit_m(int c) {
     float above = min(float(c) + 1.0, float(WIDE_CLASSES));
@@ -117,7 +119,8 @@ float class_of_octave(float octave) {
     return k.x + k.y + k.z - 1.0;
 }
 
-// log2 of a tile's side in nodes. Level 0 has more nodes than all other levels together, and larger tiles.
+// A tile is a square of nodes, the entry of a level's tables. This is log2 of its side in nodes. Level 0 has more nodes
+// than all other levels together, so its tiles are larger.
 int tile_log2(int level) { return level == 0 ? COUNT_TILE_LOG2 + 1 : COUNT_TILE_LOG2; }
 #ifdef PAGED
 #include "pages/terrain.glsl"

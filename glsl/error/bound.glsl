@@ -1,8 +1,9 @@
 // error/bound.glsl — the bound of any rectangle of cells, from summed-area tables, in four fetches.
-//   Maximum: if the count of class c over the rectangle is zero, no tile of it is above this class (integral histogram,
-//   Porikli 2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
-//   The entries are for tiles of 2^tile_log2() nodes a side. A rectangle is widened to whole tiles. Counters of 8 bits
-//   are exact for boxes of up to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
+//   A class c has a limit, class_limit_m(c). Its table counts the tiles whose largest error is above the limit. If the
+//   count over the rectangle is zero, all errors there are within the limit (integral histogram, Porikli 2005,
+//   "Integral histogram: a fast way to extract histograms in Cartesian spaces").
+//   A tile has 2^tile_log2() nodes a side. A rectangle is widened to whole tiles. Counters of 8 bits are exact for up
+//   to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. The error of a part is |t|/(4 n²),
 //   where t is the twist of the cell. So the table of level 0 is used with n² times the tolerance.
 // Provides is_within_m(), and range[].   Python twins: reference.bound_max_m, reference.class_tables
@@ -27,13 +28,16 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
     return ivec4(max(low, ivec2(0)) >> side_log2, (min(end, u_last_post) - 1 >> side_log2) + 1);
 }
 
-// The class with the largest limit that is not above an error; -1 if even the last limit is above it, -2 if the error
-// is as large as any. log2 may round up; step to the next class then.
+#define NO_CLASS -1   // even the last limit is above the error
+#define ALL_WITHIN -2  // no error of the map is larger
+
+// The class with the largest limit that is not above an error, or one of these two. log2 may round up; step to the next
+// class then.
 int class_within(float error_m) {
-    if (error_m >= most_m()) return -2;
+    if (error_m >= most_m()) return ALL_WITHIN;
     int c = max(0, int(ceil(class_of_octave(log2(u_span_m / error_m)))));
     if (class_limit_m(c) * (1.0 + exp2(-18.0)) > error_m) c++;
-    return c < CLASSES ? c : -1;
+    return c < CLASSES ? c : NO_CLASS;
 }
 
 // A large rectangle is looked up in parts, row by row. The loops here are not nested: software renderers run one loop
@@ -52,7 +56,7 @@ bool none_above(Table counts, ivec4 tiles, int c) {
 // Whether the error of every cell of spacing 2^step_log2 in a rectangle of posts is at most error_m.
 bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
-    if (c < 0) return c == -2;
+    if (c < 0) return c == ALL_WITHIN;
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
     return none_above(counts, tiles, c);

@@ -73,8 +73,8 @@ void gather_post(inout CellErrors errors, Node n, PostErrors at, ivec2 place) {
 // crosses. In a whole node, the edge is the cell's diagonal from a to b. Then the largest error is at a post or on this
 // diagonal: docs/guarantee.md, section 1. In a node that the map's rim cuts off, an edge may cross any cell between its
 // posts. Then the twist adds |t|/4 at most, and the bend adds bend_m.
-// Over the cell, the two triangles are off by |t|/√90 = 0.10541 |t| in the root mean square, and over the places that
-// are measured by up to |t| √(13/1024) = 0.11268 |t|: docs/guarantee.md.
+// Over the cell, the two triangles are off by |t|/√90 = 0.10541 |t| in the root mean square. Over the places where
+// mesh/error.frag measures, it is up to |t| √(13/1024) = 0.11268 |t|: docs/guarantee.md.
 void gather_cell(
     inout CellErrors errors, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, float bend_m
 ) {

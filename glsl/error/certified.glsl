@@ -18,7 +18,7 @@ float largest_m(ivec2 low, ivec2 end, int step_log2) {
         if (none_above(counts, tiles, c)) sure = c;
         else beyond = c;
     }
-    // exp2() may round differently here
+    // exp2() may round differently here and in error/count.comp, which counted
     float error_m = sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }

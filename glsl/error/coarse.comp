@@ -4,6 +4,7 @@
 //           they are
 //   GATHER  one thread for each fine node of a node: visits its posts, if they may have changed, and adds their errors
 //   WRITE   one thread for each node: writes the record
+//   Positive floats compare like their bits, and sums are integers. So the order of the threads does not matter.
 // Python twins: reference.cut_errors, reference.cut_edges
 
 #include "error/coarse.glsl"

@@ -1,11 +1,8 @@
-// error/coarse.glsl — large nodes are computed in two steps: one thread for each node of the last fine level under it,
-//   then all of these fine nodes together. Their contributions are kept for every coarse level, so an edit only
-//   recomputes those that it touches. The picture shows a node of 4 × 2 fine nodes. The last fine node of a row or
-//   column, or the last one on the map, also has the posts of the node's far edge:
-//      ┌──┬──┬──┬───┐
-//      ├──┼██┼──┼───┤
-//      └──┴──┴──┴───┘
-//   Positive floats compare like their bits, and sums are integers. So the order of the threads does not matter.
+// error/coarse.glsl — the buffers of error/coarse.comp. Levels up to FINE_LEVELS are fine, the others are coarse. Here,
+//   a fine node is a node of level FINE_LEVELS. A coarse node has the errors of all posts of the fine nodes under it.
+//   One thread visits the posts of a fine node, and its contribution is kept for every coarse level. So an edit
+//   recomputes only the contributions that it touches. Each post counts in one fine node. The posts of a coarse node's
+//   south and east edges count in its last row and its last column of fine nodes.
 // Provides Gathered, contribution[], contribution_index(), cut_edge[], has_changed[], cut_index(), fine_in_node().
 // Python twin: reference.cut_errors
 

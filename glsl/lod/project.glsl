@@ -1,10 +1,10 @@
 // lod/project.glsl — from metres of vertical error to pixels, as a bound over a box.
 //   A point has camera coordinates (x, y, z); z is its depth.
 //   It moves vertically by δ metres, along v = (v_x, v_y, v_z) in the camera's axes. On the screen it moves by
-//       K |δ| |(a (v_x − x/w · v_w), v_y − y/w · v_w)| / w',      w' = w + δ v_w
+//       K |δ| stretch / w',      stretch = |(a (v_x − x/w · v_w), v_y − y/w · v_w)|,      w' = w + δ v_w
 //   In perspective w = z and v_w = v_z; an orthographic camera has w = 1 and v_w = 0. K are the pixels per unit of
 //   y/w, and a K those per unit of x/w.
-//   Over a box: the third factor is convex in (x/w, y/w), so it is largest at a corner of the box's projection.
+//   Over a box: `stretch` is convex in (x/w, y/w), so it is largest at a corner of the box's projection.
 //   w' is at least the nearest corner's w minus |δ v_w|.
 //   Only points in the picture count, so the rectangle ends at the picture's edges, and the depth at the near plane.
 //   float32 moves each point of the box by at most  a D / w + b  pixels, D its diagonal (docs/precision.md).
@@ -26,7 +26,7 @@ struct Projection {
     bool outside;     // no part of the box is in the picture
     bool inside;      // the whole box is in the picture
     float nearest_m;  // smallest w of a point in the picture
-    float stretch;    // largest value of the third factor
+    float stretch;    // its largest value in the box
     float middle_m;   // w of the box's centre, at least nearest_m
     float rounding_px;  // what float32 adds on the screen, in narrow views
     float sag_m;      // what curvature and rounding add to errors in the box: 0, unless the caller sets it

@@ -1,4 +1,4 @@
-// mesh/patch.glsl — the patch, or block, that a fragment belongs to.
+// mesh/patch.glsl — what a fragment knows of its patch, in four words. The patch's record is in mesh/shape.glsl.
 // Provides Patch, words_of(), patch_of().
 
 struct Patch {

@@ -41,7 +41,7 @@ bool none_above_in_pages(int level, ivec4 nodes, int c) {
 
 float largest_of_level_m(ivec2 low, ivec2 end, int level) {
     ivec4 nodes = nodes_over(low, end, level);
-    int sure = -1, beyond = CLASSES;
+    int sure = -1, beyond = CLASSES;  // as in error/certified.glsl
     while (beyond - sure > 1) {
         int c = (sure + beyond) / 2;
         if (none_above_in_pages(level, nodes, c)) sure = c;
@@ -79,5 +79,5 @@ bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
     if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed) <= error_m;
     int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
-    return c < 0 ? c == -2 : none_above_in_pages(level, nodes_over(low, end, level), c);
+    return c < 0 ? c == ALL_WITHIN : none_above_in_pages(level, nodes_over(low, end, level), c);
 }

@@ -15,8 +15,8 @@
 // Provides Table, BOX_SUM().   Python twin: reference.box_sum
 
 struct Table {
-    uint first;  // word of the buffer where the table begins
-    ivec2 size;  // columns, rows
+    uint first;  // word of the buffer where the table begins; its layers follow each other
+    ivec2 size;  // columns, rows of a layer
 };
 
 uint sat_index(Table t, int layer, int x, int y) {

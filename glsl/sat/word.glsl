@@ -1,5 +1,6 @@
 // sat/word.glsl — the word of a table, for kernels that set BITS: 64, or 32 for one number or four of 8 bits in a word.
-//   Kernels with WHOLE_LINES have uint64_t in place of uvec2. With FOURS, a word is a vector of four.
+//   Kernels for software renderers (WHOLE_LINES: sat/lines.glsl) have uint64_t in place of uvec2, which adds in one
+//   instruction. With FOURS, a word is a vector of four.
 // Provides WORD, ADD(), SUB(), and FOUR for four words.   Python twin: reference.sat
 
 #ifndef BITS

@@ -44,7 +44,7 @@ ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as la
 PRICED = ("budget", "mean")  # a price decides, not a tolerance
 SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
 _UNITS = BLOCK_SIDE * BLOCK_SIDE
-_ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that differ between metrics and budgets
+_VARIANTS: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that differ between metrics and budgets
     "count": {"mean": {"MEAN": 1}},
     "decide": {"search": {"PATCH_COST": budget.PATCH_COST}},
     "weigh": {"mean": {"MEAN": 1, "FARTHEST": FARTHEST["rms"]}},
@@ -112,19 +112,19 @@ class RingsSelector(PatchSurface):
         self._hiding = hiding(self.terrain, self.view, camera, size, goal)
         view = self.terrain.heightmap, camera, size, near_m
 
-        def rings(across: int = BLOCKS_ACROSS, left_out: int = 0) -> list[Ring]:
+        def rings_for(across: int = BLOCKS_ACROSS, left_out: int = 0) -> list[Ring]:
             rings = self._rings_of(camera, across, left_out)
             return rings_in_picture(rings, *view) if goal.cull else rings
 
         has_mean = goal.metric == "rms" and not triangles and goal.tolerance_px > 0
-        if has_mean and (mesh := self._within_mean(rings(), goal)):
+        if has_mean and (mesh := self._within_mean(rings_for(), goal)):
             return mesh
         if not triangles:
             self._variant = "search" if searched else "max"
-            return self._within_tolerance(rings(across_for(searched)) if searched else rings())
+            return self._within_tolerance(rings_for(across_for(searched)) if searched else rings_for())
         self._variant = "budget"
         for left_out in range(self.terrain.coarsest_ring):  # all rings together may need more triangles than allowed
-            selection = self._spend(rings(across_for(triangles), left_out), triangles)
+            selection = self._spend(rings_for(across_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
                 break
         return selection
@@ -312,10 +312,10 @@ class RingsSelector(PatchSurface):
 
     def _kernel(self, name: str) -> ComputePass:
         """The pass `name`, compiled at its first use. Passes that read errors have one for each metric."""
-        variant = self._variant if self._variant in _ASKING.get(name, {}) else ""
+        variant = self._variant if self._variant in _VARIANTS.get(name, {}) else ""
         key = name, variant, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
-            defines = self._defines | _ASKING.get(name, {}).get(variant, {}) | ({} if key[2] else {"NO_VOIDS": 1})
+            defines = self._defines | _VARIANTS.get(name, {}).get(variant, {}) | ({} if key[2] else {"NO_VOIDS": 1})
             self._kernels[key] = ComputePass(self.ctx, f"lod/rings/{name}.comp", {**self.terrain.defines, **defines})
         return self._kernels[key]
 

@@ -13,7 +13,7 @@ from .nodes import node_axes, per_node
 # rectangle of w × h cells with the twist τ differ by |τ| |x/w − y/h|. So the error is at most
 #   worst + |t|/4 + bend                     worst: the largest error at the cell's posts,  bend = |τ| min(1/w + 1/h, 1)
 # In the root mean square, a crossed cell adds m = |t|/√90 + bend. Over the 5 × 5 places of a cell that `measure` takes,
-# the bend's root mean square is up to |t| √(13/1024).
+# the first term is larger, up to |t| √(13/1024). So the tables add that.
 
 
 def crest(a: np.ndarray, b: np.ndarray, t: np.ndarray) -> np.ndarray:

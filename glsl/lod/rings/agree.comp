@@ -27,12 +27,12 @@ void append_to_queue(int id, uint word) {
     uint its_stamp = u_first_stamp + uint(next_round);
     if (atomicMax(listed[id].stamp, its_stamp) == its_stamp) return;
     uint k = atomicAdd(b_queue[next_round & 7].count, 1u);
-    listed[k].in_queue[next_round & 1] = uint(id) | (word >> 8 & 3u) << 28;
+    listed[k].in_queue[next_round & 1] = uint(id) | uint(side_units_log2(word)) << 28;
     atomicMax(b_queue[next_round & 7].groups, k / uint(LEAF_GROUP) + 1u);
 }
 
 int queued_id(uint entry) { return int(entry & 0xfffffffu); }
-uint queued_shape(uint entry) { return entry >> 28 << 8; }  // the square's size, at the same bits as in a leaf's word
+int queued_units_log2(uint entry) { return int(entry >> 28); }  // of the square's side
 
 // Unit i of a square of units, as an offset from its first one.
 int unit_in(int units_log2, int i) { return (i >> units_log2) * 8 + (i & (1 << units_log2) - 1); }
@@ -105,7 +105,7 @@ void main() {
     int id = queued_id(entry);
     uint word = unit_word[plane(u_agreed) + id];
     if (!is_leaf(word)) {
-        keep_units(id, side_units_log2(queued_shape(entry)));
+        keep_units(id, queued_units_log2(entry));
         return;
     }
     Block b = b_block[id / UNITS];

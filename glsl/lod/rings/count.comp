@@ -1,5 +1,6 @@
 // lod/rings/count.comp — computes each leaf's bound, and whether the leaf is hidden. Counts the patches that are not
-//   hidden by size, and finds their largest bound. One thread handles one leaf.
+//   hidden by size, and finds their largest bound. With MEAN, the tolerance is of a mean over the picture. One thread
+//   handles one leaf.
 
 #include "lod/rings/hidden.glsl"
 #include "lod/rings/shapes.glsl"
@@ -23,7 +24,7 @@ int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
     return triangles;
 }
 
-// The bounds that the tables certify for a leaf's root mean square, and for its largest error: in pixels, or in metres
+// The bounds that the tables certify for a leaf's largest error, and for its root mean square: in pixels, or in metres
 // if the mesh is for the whole map.
 vec2 leaf_px(Leaf leaf, Projection p) {
     int step_log2 = step_log2_of(leaf.word);
@@ -31,7 +32,7 @@ vec2 leaf_px(Leaf leaf, Projection p) {
     vec2 errors_m = cells_m(leaf.origin, leaf.side_log2, step_log2, few_cells_m(leaf.origin, leaf.side_log2));
     if (u_metric == METRIC_METRES) return vec2(errors_m.x + p.sag_m);
     if (p.outside) return vec2(0.0);
-    return vec2(error_px(p, min(errors_m.y, errors_m.x), errors_m.x), error_px(p, errors_m.x, errors_m.x));
+    return vec2(error_px(p, errors_m.x, errors_m.x), error_px(p, min(errors_m.y, errors_m.x), errors_m.x));
 }
 
 #ifdef MEAN
@@ -64,11 +65,11 @@ void main() {
     Projection p = project_square(leaf.origin, leaf.side_log2);
     bool hidden = is_hidden(box_of_square(leaf.origin, leaf.side_log2));
     vec2 px = leaf_px(leaf, p);
-    float shown_px = px.y;
+    float shown_px = px.x;
 #ifdef MEAN
     bool is_land = has_mean(p, leaf.origin, leaf.side_log2, step_log2);
-    if (is_land) shown_px = px.x;
-    if (!hidden) add_to_mean(leaf, px.x, is_land);
+    if (is_land) shown_px = px.y;
+    if (!hidden) add_to_mean(leaf, px.y, is_land);
 #endif
     shape[id].y = floatBitsToUint(shown_px) | (hidden ? HIDDEN : 0u);
     if (hidden) {
@@ -79,5 +80,5 @@ void main() {
     atomicAdd(mesh_count[segments_log2], 1u);
     atomicAdd(mesh_triangles, uint(triangles_of(leaf, step_log2, steps)));
     atomicAdd(mesh_splits, side_units_log2(word) < 3 ? 1u : 0u);
-    atomicMax(mesh_worst_px, floatBitsToUint(px.y));
+    atomicMax(mesh_worst_px, floatBitsToUint(px.x));
 }

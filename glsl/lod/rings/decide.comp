@@ -16,11 +16,11 @@ uniform int u_round;
 #define REFINED 0.5
 #define LEAST_PARTS (4.0 * (8.0 + PATCH_COST))
 
-shared int s_asking[SQUARES];  // squares to look at next: an entry is the first of four parts
-shared int s_asked;
+shared int s_next[SQUARES];  // squares to try next: an entry is the first of four parts
+shared int s_next_count;
 
 // The word of a square (lod/rings/squares.glsl), and its cost as one leaf.
-uint look(int depth, ivec2 at, out float cost) {
+uint try_square(int depth, ivec2 at, out float cost) {
     int side_log2 = side_log2_at(depth);
     ivec2 low = low_of(depth, at);
     ivec2 end = low + (1 << side_log2);
@@ -29,7 +29,8 @@ uint look(int depth, ivec2 at, out float cost) {
     Projection p = project_square(low, side_log2);
     if (p.outside && u_cull != 0) return EMPTY;
     int coarsest = coarsest_step(low, side_log2);
-    // the round before has found a spacing for the same square
+    // The round before found the coarsest spacing for the whole block: its parts try coarser ones only. For the block
+    // itself the range is empty, because `finest` is above `coarsest`.
     if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;
     int finest = block.known_log2 != NO_STEP ? block.known_log2 + 1 : finest_of(low, side_log2, block.ring, coarsest);
     int step_log2 = NO_STEP;
@@ -41,21 +42,22 @@ uint look(int depth, ivec2 at, out float cost) {
     cost = has_step ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : HUGE;
     int level;
     bool may_refine = depth == 3 && block.unit_log2 >= 3 && u_round < 2;
+    // without a spacing, finer squares help, unless finer posts are still being loaded
     bool refine = may_refine && (has_step ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
     if (refine) cost *= REFINED;
     uint state = refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && has_step) ? WHOLE : OPEN;
     return uint(step_log2 + 16) | state;
 }
 
-// Looks at one of the four parts of a square: number k after part `first`.
-void ask(int first, int k) {
+// Tries one of the four parts of a square: number k after part `first`.
+void try_part(int first, int k) {
     int depth = first < FIRST[1] ? 0 : first < FIRST[2] ? 1 : first < FIRST[3] ? 2 : 3;
     int i = first + (k & 1) + (k >> 1 << depth);
     ivec2 at = square_at(depth, i - FIRST[depth]);
-    uint square = look(depth, at, s_cost[i]);
+    uint square = try_square(depth, at, s_cost[i]);
     s_square[i] = square;
     if (depth == 0 || depth == 3 || (square & OPEN) == 0u) return;
-    s_asking[atomicAdd(s_asked, 1)] = square_index(depth + 1, 2 * at);
+    s_next[atomicAdd(s_next_count, 1)] = square_index(depth + 1, 2 * at);
 }
 
 void main() {
@@ -66,18 +68,18 @@ void main() {
     block.known_log2 = NO_STEP;  // not known for parts: their pages may differ
 #endif
     for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
-    s_asking[0] = FIRST[1];
-    s_asked = 1;
+    s_next[0] = FIRST[1];
+    s_next_count = 1;
     barrier();
     int deepest = -1;
-    // Square -1 is the whole block. Then each entry of s_asking has four. Depths 0 and 1 are looked at together, so
-    // that more threads have work.
+    // Square -1 is the whole block. Then each entry of s_next has four. Depths 0 and 1 are tried together, so that more
+    // threads have work.
     for (int begin = -1, end = 4; begin < end; deepest++) {
         for (int i = begin + thread; i < end; i += THREADS)
-            ask(i < 0 ? 0 : s_asking[i >> 2], max(i, 0) & 3);
+            try_part(i < 0 ? 0 : s_next[i >> 2], max(i, 0) & 3);
         barrier();
         begin = end;
-        end = 4 * s_asked;
+        end = 4 * s_next_count;
         barrier();
     }
     join_all(deepest, thread, THREADS);

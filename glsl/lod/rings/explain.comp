@@ -10,7 +10,7 @@ layout(local_size_x = SIZES) in;
 struct Lookup {
     ivec4 tiles;    // first column, first row; then the column and the row after the last
     uvec4 corner;   // entries at the box's corners, modulo 256: north-west, north-east, south-west, south-east
-    int class_;     // -1: no look-up
+    int class_;     // NO_CLASS: no look-up
     int level;      // of the table
     int above;      // tiles above the class
     float limit_m;  // the class's limit
@@ -28,15 +28,15 @@ uniform ivec2 u_low;      // post of the patch's north-west corner
 uniform int u_side_log2;  // log2 of its side in posts
 
 #ifdef PAGED
-Lookup lookup_of(Projection p, int step_log2) { return Lookup(ivec4(0), uvec4(0), -1, 0, 0, 0.0); }
+Lookup lookup_of(Projection p, int step_log2) { return Lookup(ivec4(0), uvec4(0), NO_CLASS, 0, 0, 0.0); }
 #else
 Lookup lookup_of(Projection p, int step_log2) {
-    Lookup l = Lookup(ivec4(0), uvec4(0), -1, max(step_log2, 0), 0, 0.0);
+    Lookup l = Lookup(ivec4(0), uvec4(0), NO_CLASS, max(step_log2, 0), 0, 0.0);
     float smaller = step_log2 < 0 ? exp2(2.0 * float(step_log2)) : 1.0;  // error of a part of a cell / that of the cell
     float allowed_m = (error_within_m(p, u_tolerance_px) - slack_m(step_log2)) / smaller;
     if (allowed_m <= 0.0 || p.outside || (step_log2 <= 0 && u_side_log2 <= FEW_LOG2)) return l;
-    l.class_ = max(class_within(allowed_m), -1);
-    if (l.class_ < 0) return l;
+    l.class_ = max(class_within(allowed_m), NO_CLASS);
+    if (l.class_ == NO_CLASS) return l;
     l.limit_m = class_limit_m(l.class_) * smaller;
     Table counts;
     l.tiles = tiles_over(u_low, u_low + (1 << u_side_log2), l.level, counts);

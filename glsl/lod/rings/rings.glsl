@@ -47,7 +47,7 @@ struct Block {
     int known_log2; // log2 of a spacing that the tables allow in the whole block, or NO_STEP
 };
 
-#define NO_STEP 47  // its code in a unit's word is 63
+#define NO_STEP 47  // a unit's word stores a spacing + 16 in six bits, and 63 is the last
 struct Work {
     uint groups, one_y, one_z;  // the command of an indirect dispatch
     uint count;                 // leaves or blocks that the dispatch handles
@@ -58,7 +58,9 @@ layout(std430, binding = 0) buffer Blocks {
     Work b_seen;      // blocks of the rings that may have a leaf: lod/rings/cull.comp; likewise
     Work b_all;       // blocks of all rounds; `count` may exceed u_most_blocks: then the view is chosen again
     Work b_leaves;    // all leaves: lod/rings/count.comp
-    Work b_queue[8];  // leaves that round r of lod/rings/agree.comp handles, at index r modulo 8
+    // Leaves that round r of lod/rings/agree.comp handles, at index r modulo 8. Counts must be 0 before the round: the
+    // host clears all of them for each view, and those of past rounds if there are more than 8 rounds.
+    Work b_queue[8];
     Block b_block[];
 };
 // A word for each unit of each block: leaf, block, or nothing. There are two copies, the planes. Round r of

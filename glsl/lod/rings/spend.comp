@@ -10,7 +10,7 @@ layout(local_size_x = UNITS) in;
 
 uniform float u_price;
 
-void weigh(int depth, ivec2 at) {
+void price_square(int depth, ivec2 at) {
     int i = square_index(depth, at), segments_log2;
     vec2 best = cheapest(first_square + i, side_log2_at(depth), u_price, segments_log2);
     s_cost[i] = best.x;
@@ -23,7 +23,7 @@ void main() {
     take_block(b_block[b]);
     first_square = SQUARES * b;
     for (int depth = 3; depth >= 0; depth--)
-        if (unit < 1 << 2 * depth) weigh(depth, square_at(depth, unit));
+        if (unit < 1 << 2 * depth) price_square(depth, square_at(depth, unit));
     join_all(2, unit, UNITS);
     write_units(b, unit, UNITS);
 }
