@@ -24,7 +24,8 @@ from .folders import HERE
 
 PARTS = HERE / "growing"
 SOLVED = HERE / "solved"  # solutions that a lecturer has added to the students' tree
-ORDER = tuple(sorted((int(path.stem[-2:]) for path in PARTS.glob("stage_*.py")), key=lambda n: 6.5 if n == 13 else n))
+_AFTER_6 = {13: 6.1, 14: 6.2}  # pages to read after lesson 6
+ORDER = tuple(sorted((int(path.stem[-2:]) for path in PARTS.glob("stage_*.py")), key=lambda n: _AFTER_6.get(n, n)))
 MAP = HERE.parent / "heightmaps" / "alpine-30m.png"
 
 
@@ -38,16 +39,20 @@ class GrowError(Exception):
 def grown(last: int, fill: bool) -> str:
     """The text of my_terrain.py up to a lesson: what main() uses, with the last definition of each name.
 
-    `fill` takes the course's functions where the student has none.
+    `fill` takes the course's functions where the student has none. No other picture uses lesson 14.
     """
     frame, end = _part("frame"), _part("end").replace("LESSON", f"{last:02d}")
     head, pieces = frame[: frame.index("\n\n\n")], _pieces(frame, "frame")  # imports and constants come first
-    stages = {number: _part(f"stage_{number:02d}") for number in ORDER[: ORDER.index(last) + 1]}
+    before = [number for number in ORDER[: ORDER.index(last)] if number != 14]
+    stages = {number: _part(f"stage_{number:02d}") for number in (*before, last)}
+    lacking: dict[str, int] = {}
     for number, stage in stages.items():
         found = _lesson(number)
         title = f"Lesson {number}: {found.title}"
-        own = _functions(found, "\n".join(stages.values()), fill)
-        pieces = {**pieces, **_pieces("\n".join(own), title), **_pieces(stage, title)}
+        own, blank = _functions(found, "\n".join(stages.values()), fill)
+        new = {**_pieces("\n".join(own), title), **_pieces(stage, title)}
+        pieces = {**pieces, **new}
+        lacking = {name: n for name, n in lacking.items() if name not in new} | dict.fromkeys(blank, number)
     main = _pieces(end, "end")
     subjects = {f"{kind}_{last:02d}" for kind in ("paint", "show", "report", "film")}
     used, todo = set(), _names(main["main"].part) | subjects
@@ -56,6 +61,10 @@ def grown(last: int, fill: bool) -> str:
         if name in pieces and name not in used:
             used.add(name)
             todo |= _names(pieces[name].part)
+    if lacks := sorted((number, name) for name, number in lacking.items() if name in used):
+        told = "; ".join(f"lesson {n}: {', '.join(name for k, name in lacks if k == n)}" for n in dict(lacks))
+        can = "your copy has no solution: ask your lecturer" if fill else "--fill takes the course's, if you have it"
+        raise GrowError(f"not written yet: {told}; {can}")
     text, title = [head], "frame"
     for name, piece in pieces.items():
         if name not in used or piece.text in head:
@@ -112,24 +121,28 @@ def _part(name: str) -> str:
     return (PARTS / f"{name}.py").read_text(encoding="utf-8").strip()
 
 
-def _functions(found: Lesson, stages: str, fill: bool) -> list[str]:
-    """The student's functions that stages use, and the functions that these use; docstrings keep their first line."""
+def _functions(found: Lesson, stages: str, fill: bool) -> tuple[list[str], set[str]]:
+    """The student's functions that stages use, and the functions that these use; and the names of those not written.
+
+    Docstrings keep their first line.
+    """
     source = _student(found)
     own, blank = _top(source), _top(found.original)
     given = _solved(found) if fill else ""
+    solved, blanks = _top(given), set[str]()
     texts = {name: _short(source, part) for name, part in own.items()}
     needed, todo = set(), {name for piece in _top(stages).values() for name in _names(piece)} & set(own)
     while todo:
         name = todo.pop()
         if _is_blank(own[name]) and ast.dump(own[name]) == ast.dump(blank.get(name, ast.Pass())):
-            if not given:
-                told = f"lesson {found.number}: {name} is not written yet"
-                raise GrowError(f"{told}; --fill takes the course's, if your copy has it")
-            own[name] = _top(given)[name]
-            texts[name] = _short(given, own[name])
+            if name in solved:
+                own[name] = solved[name]
+                texts[name] = _short(given, own[name])
+            else:
+                blanks.add(name)
         needed.add(name)
         todo |= (_names(own[name]) & set(own)) - needed
-    return [text for name, text in texts.items() if name in needed]
+    return [text for name, text in texts.items() if name in needed], blanks
 
 
 def _student(found: Lesson) -> str:
@@ -145,7 +158,7 @@ def _solved(found: Lesson) -> str:
     try:
         from .solving import clean, solution
     except ImportError:
-        raise GrowError(f"lesson {found.number}: your copy has no solution of it: ask your lecturer") from None
+        return ""
     return clean(solution(found.folder).read_text(encoding="utf-8"))
 
 

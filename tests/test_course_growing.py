@@ -42,16 +42,30 @@ def test_the_program_is_made_of_the_students_functions(number, students):
 
 def test_it_grows_to_about_four_hundred_lines():
     lines = [len(grow.grown(number, fill=True).splitlines()) for number in grow.ORDER]
-    assert lines[0] < 200 and 300 < lines[-1] < 450
+    assert lines[0] < 200 and 300 < lines[-1] < 500
 
 
 def test_what_is_not_written_is_one_line_or_filled(students):
     blank = solving.blank(solving.solution(checking.lesson(5).folder).read_text(encoding="utf-8"))
     students.update({n: solved(n) for n in grow.ORDER} | {5: blank})
-    with pytest.raises(grow.GrowError, match=r"lesson 5: quad_errors is not written yet; --fill"):
+    with pytest.raises(grow.GrowError, match=r"not written yet: lesson 5: quad_errors; --fill"):
         grow.grown(5, fill=False)
     assert "def quad_errors" in grow.grown(5, fill=True)
     assert "def quad_errors" not in grow.grown(4, fill=False)
+    assert "quad_errors" not in grow.grown(14, fill=False)  # only what a picture uses is asked for
+
+
+def test_all_that_is_not_written_is_told_at_once(students, monkeypatch):
+    """By lesson. A copy without the solutions says so."""
+    students.update({n: checking.lesson(n).original for n in grow.ORDER})
+    with pytest.raises(grow.GrowError) as error:
+        grow.grown(14, fill=False)
+    told = re.findall(r"lesson (\d+):", str(error.value))
+    assert told == [str(n) for n in sorted(map(int, told))] and told[0] == "1" and told[-1] == "14"
+    assert not {"9", "10", "11", "12"} & set(told)  # lesson 14 is read after lesson 6
+    monkeypatch.setattr(grow, "_solved", lambda found: "")
+    with pytest.raises(grow.GrowError, match="lesson 14: .*; your copy has no solution: ask your lecturer"):
+        grow.grown(14, fill=True)
 
 
 def test_the_last_one_draws_alpine_within_an_error(tmp_path, capsys):

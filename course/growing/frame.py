@@ -147,3 +147,9 @@ def errors_px(heights, posts, triangles):
 def error_px(heights, posts, triangles):
     """The largest error of the drawn land, in pixels, over the inner posts that are in the picture."""
     return float(errors_px(heights, posts, triangles).max())
+
+
+def beside(*pictures):
+    """Pictures side by side, with a white line between them."""
+    line = np.ones((len(pictures[0]), 4, 3))
+    return np.concatenate([part for each in pictures for part in (line, each)][1:], 1)

@@ -27,9 +27,3 @@ def show_cracks(heights, posts, triangles):
         if z[i] < depth[at].max() * 1.01:
             pixels[at] = 0.9, 0.1, 0.05
     return pixels
-
-
-def beside(*pictures):
-    """Pictures side by side, with a white line between them."""
-    line = np.ones((len(pictures[0]), 4, 3))
-    return np.concatenate([part for each in pictures for part in (line, each)][1:], 1)

@@ -61,7 +61,7 @@ def film_14(heights, picture):
             jump = (np.abs(land[k] - land[k - 1]) * scale[k])[posts[:, 1], posts[:, 0]]
             red = np.clip(jump / FLIGHT_PX * 2, 0, 1)[:, None]
             clay = (1 - red) * np.array([1, 1, 1]) + red * np.array([0.8, 0.1, 0.05])
-            shown.append(draw(land[k], posts, triangles, footprint_light(land[k], posts)[:, None] * clay))
+            shown.append(draw(land[k], posts, triangles, light(land[k], posts)[:, None] * clay))
         frames.append(Image.fromarray(np.uint8(255 * np.clip(beside(*shown), 0, 1))))
     EYE, path = start, picture.rpartition(".")[0] + ".webp"
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=150, loop=0, quality=50)
