@@ -1,6 +1,7 @@
 """How long a user waits for the window: the time of each frame, by the work that is done in it. It needs no window.
 
     python benchmarks/viewer_latency.py [WIDTHxHEIGHT [MAP [EVENT ...]]]      1280x720, alpine-30m, all events
+    python benchmarks/viewer_latency.py 1280x720 alpine flight                no events, no glances: only the flight
 
 First it sends events to the picture at rest, and prints how long the first frame that differs takes to come, and the
 whole picture. The panel, which changes with every event, is not looked at; so these are changes of the land. The
@@ -49,7 +50,7 @@ def main(size: str = "1280x720", name: str = "alpine-30m", *only: str) -> int:
         for event in [event for event in EVENTS if not only or event.startswith(only)]:
             act = EVENTS[event]
             row(event, *(f"{seconds:.2f}" for pair in changes(app, act) for seconds in pair))
-    for _ in range(GLANCES):
+    for _ in range(0 if only else GLANCES):
         for _ in range(3):
             app.viewer.scene.controller.look(10, 0)
             frame(app, times, "in motion")

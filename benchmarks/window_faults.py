@@ -107,7 +107,7 @@ class Faults(Tour):
         self.does(lambda s: s["sketch"] and any("promises nothing" in text for text in s["texts"]), "key", "t")
         preview_s = time.monotonic() - begun
         self.save("preview")
-        self.does(lambda s: len(s["achieved"]) == 2)
+        self.does(lambda s: len(s["achieved"]) == 2 and all(s["achieved"]))
         self.shoot("split")
         state = self.state
         less, more = sorted(state["sides"])
