@@ -21,7 +21,7 @@ def draw(finding: Finding, path: Path) -> bool:
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
-    got, want = (_flat(values.astype(float)) for values in (got, want))
+    got, want = shown(got, want)
     figure, axes = plt.subplots(1, 3, figsize=(13, 4.2), constrained_layout=True)
     panels = {"yours": got, "expected": want, "yours - expected": got - want}
     for ax, (title, values) in zip(axes, panels.items(), strict=True):
@@ -38,9 +38,13 @@ def draw(finding: Finding, path: Path) -> bool:
     return True
 
 
-def _flat(values: np.ndarray) -> np.ndarray:
-    """Values as a curve or as a picture."""
-    values = np.where(np.isfinite(values), values, np.nan)
-    if values.ndim > 2:
-        values = values.reshape(*values.shape[:2], -1)[..., 0] if min(values.shape[:2]) > 4 else values.ravel()
-    return values.ravel() if values.ndim == 2 and min(values.shape) <= 4 else values
+def shown(got: np.ndarray, want: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both as curves or as pictures; of more than two axes, the picture with the largest difference."""
+    pair = np.stack([np.where(np.isfinite(values), values, np.nan) for values in (got.astype(float), want)])
+    unlike = np.where(np.isnan(pair[0]) != np.isnan(pair[1]), np.inf, np.abs(pair[0] - pair[1]))
+    worst = list(np.unravel_index(int(np.argmax(np.nan_to_num(unlike, nan=0.0))), got.shape))
+    while pair.ndim > 3:
+        axis = int(np.argmin(pair.shape[1:]))
+        pair = pair.take(worst.pop(axis), axis + 1)
+    flat = pair.ndim == 3 and min(pair.shape[1:]) <= 4
+    return tuple(values.ravel() if flat else values for values in pair)

@@ -311,6 +311,21 @@ def test_check_draws_the_difference(tmp_path):
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_of_many_pictures_the_one_with_the_largest_difference_is_drawn():
+    from course.picture import shown
+
+    want = np.arange(3 * 9 * 11).reshape(3, 9, 11)
+    got = want + 0
+    got[2, 4, 5] += 7
+    assert [values.tolist() for values in shown(got, want)] == [got[2].tolist(), want[2].tolist()]
+    last = np.moveaxis(got, 0, 2), np.moveaxis(want, 0, 2)  # rows, columns, numbers
+    assert (shown(*last)[0] - shown(*last)[1]).max() == 7 and shown(*last)[0].shape == (9, 11)
+    infinite = np.where(np.arange(10) == 3, np.inf, 1.0)
+    holes = np.where(want == 5, np.nan, want)  # expected to be there
+    assert (shown(np.where(want == 5, np.nan, got), holes)[0] == got[2]).all()
+    assert np.isnan(shown(infinite, np.ones(10))[0][3]) and shown(got[0, :4], want[0, :4])[0].shape == (44,)
+
+
 @pytest.mark.parametrize("words", [["check", "99"], ["check", "2", "nothing.py"], ["grade", "nothing", "-o", "p.csv"]])
 def test_wrong_use_is_one_line(words, tmp_path):
     done = subprocess.run([sys.executable, "-m", "course", *words], cwd=ROOT, capture_output=True, text=True)
