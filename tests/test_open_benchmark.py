@@ -1,6 +1,7 @@
 """The open benchmark: its verifier finds what is wrong with a mesh, and its entries keep what they promise."""
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def figures(entry, heights, folder, **changes):
 
 
 @pytest.mark.parametrize(
-    "entry", ["every_post", "bisection", "roam", "cdlod", "pydelatin", "sat", "clipmap", "tessellated"]
+    "entry", ["every_post", "bisection", "roam", "geomipmap", "cdlod", "pydelatin", "sat", "clipmap", "tessellated"]
 )
 def test_entries_keep_what_they_promise(entry, heights, tmp_path):
     if entry == "pydelatin":
@@ -65,6 +66,20 @@ def test_without_moving_vertices_levels_of_cdlod_do_not_meet(heights, tmp_path, 
     assert max(frame["largest_crack_m"] for frame in figures("cdlod", heights, tmp_path, tolerance_px=20.0)) > 0.1
 
 
+def test_moved_rims_of_geomipmaps_close_cracks_and_break_the_tolerance(heights, tmp_path, monkeypatch):
+    """Errors are counted for whole grids: without moved rims all posts are within the tolerance, but levels gape."""
+    geomipmap = pytest.importorskip("entries.geomipmap")
+    monkeypatch.setattr(geomipmap, "BLOCK", 8)
+    smooth = heights.copy()
+    smooth[:, 32:] = smooth[:, [32]]
+    moved = figures("geomipmap", smooth, tmp_path, tolerance_px=4.0)
+    assert max(frame["largest_crack_m"] for frame in moved) < 1e-6
+    monkeypatch.setattr(geomipmap, "_move_rims", lambda row, col, steps: None)
+    gaping = figures("geomipmap", smooth, tmp_path, tolerance_px=4.0)
+    assert max(frame["largest_crack_m"] for frame in gaping) > 0.1
+    assert max(frame["max_posts_px"] for frame in gaping) <= 4 < max(frame["max_posts_px"] for frame in moved)
+
+
 def test_the_verifier_sees_a_wrong_vertex_a_hole_and_a_jump(heights, tmp_path):
     good = figures("every_post", heights, tmp_path)
     file = tmp_path / "0001.npz"
@@ -80,6 +95,49 @@ def test_the_verifier_sees_a_wrong_vertex_a_hole_and_a_jump(heights, tmp_path):
     assert wrong[1]["max_jump_px"] == pytest.approx(shift_px, rel=0.05) and good[1]["max_jump_px"] == 0
     np.savez(file, vertices=vertices, triangles=triangles[(triangles != moved).all(1)])
     assert verify.verify(tmp_path)[1]["uncovered_posts"] == 1
+
+
+def test_a_mesh_without_land_is_not_within_the_tolerance(heights, tmp_path):
+    frames = figures("every_post", heights, tmp_path)
+    for file in tmp_path.glob("*.npz"):
+        with np.load(file) as dump:
+            np.savez(file, vertices=dump["vertices"] - [0, 1e5, 0], triangles=dump["triangles"])
+    beside = verify.verify(tmp_path)
+    rows = [benchmark.summary("x", "x", FLIGHT, each, [None] * 3) for each in (frames, beside)]
+    assert [row["kept_posts"] for row in rows] == [1, 0] and rows[1]["max_posts"] == 0
+    assert beside[1]["mean_jump_px"] == 0 < rows[1]["uncovered"]
+
+
+@pytest.mark.parametrize(
+    "wrong, line",
+    [
+        (lambda v, t: (v, t + 1), "a triangle names a vertex that is missing"),
+        (lambda v, t: (v[:, :2], t), "expected (n, 3) and (m, 3)"),
+        (lambda v, t: (np.where(v[:, :1] > 100, np.nan, v), t), "a vertex is not finite"),
+        (None, "No such file"),
+    ],
+)
+def test_wrong_frames_get_one_line(heights, tmp_path, wrong, line):
+    figures("every_post", heights, tmp_path)
+    file = tmp_path / "0001.npz"
+    with np.load(file) as dump:
+        vertices, triangles = dump["vertices"].copy(), dump["triangles"].copy()
+    file.unlink()
+    if wrong:
+        vertices, triangles = wrong(vertices, triangles)
+        np.savez(file, vertices=vertices, triangles=triangles)
+    with pytest.raises(SystemExit, match=f"0001.npz: .*{re.escape(line)}"):
+        verify.verify(tmp_path)
+
+
+def test_entries_that_are_none_get_one_line(heights, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["run.py", "everypost"])
+    with pytest.raises(SystemExit):
+        benchmark.main()
+    assert "everypost: there is no such entry" in capsys.readouterr().err
+    monkeypatch.delattr(pytest.importorskip("entries.every_post"), "meshes")
+    with pytest.raises(SystemExit, match="every_post: has no function meshes"):
+        benchmark.dump("every_post", FLIGHT, heights, tmp_path)
 
 
 def test_pixels_are_those_of_the_program(heights, tmp_path):

@@ -3,7 +3,7 @@
 It needs numpy alone. `check.py` and `seams.py` of terrain_gl/verify, which need numpy alone, too, are loaded by their
 path. They find the exact largest error over the surface: docs/meshes.md.
 
-Run: python benchmarks/open/verify.py DUMP ...    prints the figures of each frame
+Run: python benchmarks/open/verify.py DIR ...    prints the figures of each frame of all dumps in the folders
 """
 
 import importlib.util
@@ -100,27 +100,47 @@ def _places(heights, spacing_m):
     return np.stack([col * spacing_m[0], (heights.shape[0] - 1 - row) * spacing_m[1], heights.reshape(-1)], -1)
 
 
+def read_frame(file):
+    """Vertices and triangles of a frame of a dump."""
+    with np.load(file) as dump:
+        vertices, triangles = dump["vertices"].astype(np.float64), dump["triangles"].astype(np.int64)
+    if vertices.shape[1:] != (3,) or triangles.shape[1:] != (3,):
+        raise ValueError(f"vertices are {vertices.shape}, triangles {triangles.shape}: expected (n, 3) and (m, 3)")
+    if triangles.min(initial=0) < 0 or triangles.max(initial=-1) >= len(vertices):
+        raise ValueError("a triangle names a vertex that is missing")
+    if not np.isfinite(vertices[triangles]).all():
+        raise ValueError("a vertex is not finite")
+    return vertices, triangles
+
+
 def verify(folder):
     """The figures of all frames of a dump: a list of dicts. The first frame has no jump."""
     folder = Path(folder)
     flight = json.loads((folder / "flight.json").read_text())
     heights, frames, before_m = np.load(folder / "map.npy").astype(np.float64), [], None
     for i, camera in enumerate(flight["cameras"]):
-        with np.load(folder / f"{i:04}.npz") as dump:
-            vertices, triangles = dump["vertices"].astype(np.float64), dump["triangles"].astype(np.int64)
+        file = folder / f"{i:04}.npz"
+        try:
+            vertices, triangles = read_frame(file)
+        except (OSError, KeyError, ValueError) as error:
+            raise SystemExit(f"{file}: {error}") from None
         view = View(camera, flight["size"])
         frame, drawn_m = verified_frame(heights, flight["spacing_m"], view, vertices, triangles)
         if before_m is not None:  # a jump: how far the drawn surface moves on the later picture
             both = ~np.isnan(before_m + drawn_m).reshape(-1)
             places = _places(np.nan_to_num(drawn_m), flight["spacing_m"])[both]
             jumps_px = view.shift_px(places, before_m.reshape(-1)[both])[view.sees(places)]
-            frame |= {"max_jump_px": float(jumps_px.max(initial=0.0)), "mean_jump_px": float(jumps_px.mean())}
+            mean_px = float(jumps_px.mean()) if len(jumps_px) else 0.0
+            frame |= {"max_jump_px": float(jumps_px.max(initial=0.0)), "mean_jump_px": mean_px}
         before_m = drawn_m
         frames.append(frame)
     return frames
 
 
 if __name__ == "__main__":
-    for dump in sys.argv[1:]:
+    dumps = [found.parent for name in sys.argv[1:] for found in sorted(Path(name).rglob("flight.json"))]
+    for dump in dumps:
         for number, figures in enumerate(verify(dump)):
             print(dump, number, json.dumps(figures))
+    if not dumps:
+        sys.exit("expected folders with a dump, or with many: " + __doc__.splitlines()[-1].strip())
