@@ -114,7 +114,13 @@ def test_long_triangles_sag_below_the_curved_ground(run, folder, monkeypatch):
 def test_tile_sets_that_cannot_be_read_get_one_line(dem, run, folder):
     refused(run("check", "none", "--map", dem), 2, "must end in")
     (folder / "tiles").mkdir()
-    refused(run("check", "tiles", "--map", dem), 1, "tileset.json")
+    np.save("here.npy", np.zeros((N, N)))  # a map without a place: the file that is missing is named all the same
+    for heightmap in (dem, "here.npy"):
+        refused(run("check", "tiles", "--map", heightmap), 1, "tileset.json", "No such file")
+    (folder / "tiles" / "tileset.json").write_text("[")
+    refused(run("check", "tiles", "--map", "here.npy"), 1, "tileset.json", "damaged")
+    (folder / "tiles" / "tileset.json").write_text('{"asset": {"extras": {"is_local": true}}, "root": {}}')
+    refused(run("check", "tiles", "--map", "here.npy"), 1, "no tile lies on here.npy")
     for root in ({"implicitTiling": {}}, {"content": {"uri": "../x.glb"}}, {"content": {"uri": "x.glb"}}, []):
         (folder / "tiles" / "tileset.json").write_text(json.dumps({"root": root}))
         refused(run("check", "tiles", "--map", dem), 1)

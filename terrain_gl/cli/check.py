@@ -137,7 +137,7 @@ def text(found: Checked, heightmap: Heightmap) -> str:
         "at posts": f"max {error.posts:.4g} m, rms {error.posts_rms:.4g} m",
         "surface": f"max {error.surface:.4g} m, rms {error.surface_rms:.4g} m; largest at {east:g},{north:g} m",
         "mesh": f"{found.triangles:,} triangles, {found.flipped:,} flipped, {found.vertical:,} vertical",
-        "covered": f"{100 * error.covered:.6g} % of the map; {100 * error.overlap:.3g} % more than once",
+        "covered": f"{100 * error.covered:.6g} % of the map; {round(100 * error.overlap, 9):.3g} % more than once",
         "gaps": f"{seams.gaps:.4g} cells of open edges, {seams.t_junctions:,} T-junctions,"
         f" cracks up to {seams.largest_crack_m:.3g} m",
     }

@@ -6,6 +6,7 @@ are flat there, and so below the curved ground in between: they are divided unti
 declared error, and then put on the map. Heights above the ellipsoid are compared with the map's numbers as they are.
 """
 
+import contextlib
 import json
 import struct
 from collections.abc import Iterator
@@ -105,17 +106,27 @@ def tile_error(
     return largest_m, surface_m, count
 
 
-def _is_local(file: Path) -> bool:
-    """Whether a tile set says that it is in local metres. A file that cannot be read fails later, with a reason."""
+@contextlib.contextmanager
+def _explained(file: Path) -> Iterator[None]:
+    """Turn errors of a tile set that cannot be read into one line."""
     try:
-        return bool(json.loads(file.read_bytes())["asset"]["extras"]["is_local"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
+        yield
+    except OSError as error:
+        raise TerrainError(f"{error.filename}: {error.strerror}") from None
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error) as error:
+        raise TerrainError(f"{file}: is damaged, or no such tile set ({error})") from None
+
+
+def _is_local(file: Path) -> bool:
+    """Whether a tile set says that it is in local metres."""
+    with _explained(file):
+        extras = json.loads(file.read_bytes()).get("asset", {}).get("extras")
+        return isinstance(extras, dict) and bool(extras.get("is_local"))
 
 
 def _tiles(file: Path, above: np.ndarray) -> Iterator[tuple[str, float, np.ndarray, np.ndarray]]:
     """Names, declared errors, vertices in the tile set's system and faces of all tiles with triangles."""
-    try:
+    with _explained(file):
         if file.name == "layer.json":
             yield from quantized_tiles(file)
             return
@@ -133,10 +144,6 @@ def _tiles(file: Path, above: np.ndarray) -> Iterator[tuple[str, float, np.ndarr
                 else:
                     places, faces = _content(file.parent / name)
                     yield name, float(tile["geometricError"]), places @ world[:3, :3].T + world[:3, 3], faces
-    except OSError as error:
-        raise TerrainError(f"{error.filename}: {error.strerror}") from None
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error) as error:
-        raise TerrainError(f"{file}: is damaged, or no such tile set ({error})") from None
 
 
 def _content(path: Path) -> tuple[np.ndarray, np.ndarray]:
