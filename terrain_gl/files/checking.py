@@ -121,20 +121,24 @@ def check(
     in_px = None
     if camera:
         seen = replace(camera, bend_per_m=heightmap.bend_per_m("auto", 0.0))
-        measure = _pixels(seen, heightmap, size)
-        in_px = check_mesh(heights, posts, tops_m, used, measure)
-        for found in _inside_cells(heights, posts, tops_m, used, heightmap, seen, size, measure):
+        in_px = check_mesh(heights, posts, tops_m, used, _pixels(seen, heightmap, size))
+        for found in _inside_cells(heights, posts, tops_m, used, heightmap, seen, size):
             if found.surface > in_px.surface:
                 in_px = replace(in_px, surface=found.surface, place=found.place)
     return Checked(error, seams, len(faces), 0 if is_solid else int((turn > 0).sum()), int((turn == 0).sum()), in_px)
 
 
-def _pixels(camera: Camera, heightmap: Heightmap, size: tuple[int, int]) -> Measure:
-    """Errors in pixels: the exact distance on the screen between the true place and the drawn one."""
+def _pixels(
+    camera: Camera, heightmap: Heightmap, size: tuple[int, int], corner: tuple[int, int] = (0, 0), posts: int = 1
+) -> Measure:
+    """Errors in pixels: the exact distance on the screen between the true place and the drawn one.
+
+    Columns and rows count from `corner`, `posts` for each of the map's.
+    """
     east, north = heightmap.spacing_m
 
     def px(col: np.ndarray, row: np.ndarray, truth_m: np.ndarray, drawn_m: np.ndarray) -> np.ndarray:
-        known = np.nan_to_num(truth_m)
+        col, row, known = corner[0] + col / posts, corner[1] + row / posts, np.nan_to_num(truth_m)
         points = np.stack([col * east, (heightmap.rows - 1 - row) * north, known], -1)
         shift, seen = screen_shift_px(camera, size, points, drawn_m - known, 1e-3)
         return np.where(seen, shift, 0.0)
@@ -150,7 +154,6 @@ def _inside_cells(
     heightmap: Heightmap,
     camera: Camera,
     size: tuple[int, int],
-    measure: Measure,
 ) -> Iterator[MeshError]:
     """Errors in pixels also at places inside cells, where these are large in the picture.
 
@@ -176,10 +179,6 @@ def _inside_cells(
         here = ((high >= [col, row]) & (low <= last + [col, row])).all(1)
         at = np.meshgrid(*(np.arange(PLACES * n + 1) / PLACES for n in last))
         fine = bilinear(part, *at)
-        found = check_mesh(fine, (posts - [col, row]) * PLACES, tops_m, faces[here], _moved(measure, col, row))
+        measure = _pixels(camera, heightmap, size, (col, row), PLACES)
+        found = check_mesh(fine, (posts - [col, row]) * PLACES, tops_m, faces[here], measure)
         yield replace(found, place=(found.place[0] / PLACES + col, found.place[1] / PLACES + row))
-
-
-def _moved(measure: Measure, col: int, row: int) -> Measure:
-    """The measure of a part of the map that has `PLACES` times the posts."""
-    return lambda x, y, truth_m, top_m: measure(x / PLACES + col, y / PLACES + row, truth_m, top_m)

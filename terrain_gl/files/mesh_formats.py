@@ -28,7 +28,7 @@ _ZERO = np.zeros(3)
 _VERTICES, _FACES = 34962, 34963  # targets of a glTF's buffer views
 _FACE = np.dtype([("n", "u1"), ("vertices", "<u4", 3)])
 _VERTEX = np.dtype([("place", "<f8", 3), ("normal", "<f4", 3), ("texture", "<f4", 2)])
-_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 
 
 @dataclass(frozen=True)
@@ -302,7 +302,7 @@ def _stl(mesh: Mesh, name: str) -> Iterator[bytes]:
     faces = np.concatenate([mesh.faces.astype(np.int64), walls, mesh.faces[:, ::-1].astype(np.int64) + n])
     yield f"solid in mm, {mesh.print_mm:g} mm the longer side".encode("ascii").ljust(80) + struct.pack("<I", len(faces))
     for part in _parts(len(faces)):
-        triangles = np.zeros(part.stop - part.start, _STL)
+        triangles = np.zeros(part.stop - part.start, STL)
         triangles["corners"] = corners[faces[part]]
         a, b, c = (triangles["corners"][:, i].astype(np.float64) for i in range(3))
         triangles["normal"] = _unit(np.cross(b - a, c - a))

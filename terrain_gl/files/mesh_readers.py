@@ -5,29 +5,22 @@ import json
 import os
 import struct
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
+from .mesh_formats import STL
 
 _PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 _PLY_TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 _PLY_TYPES |= {f"{kind}{8 * size}": f"{kind[0]}{size}" for kind in ("int", "uint") for size in (1, 2, 4)}
 _GLTF_TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 
 
-class Triangles(NamedTuple):
-    """A mesh as it stands in a file."""
-
-    places: np.ndarray  # (n, 3) float64: x, y, and z upwards
-    faces: np.ndarray  # (m, 3) int64 indices of places
-
-
-def read_mesh(path: str | os.PathLike[str]) -> Triangles:
-    """Read a mesh. Vertices at the same place become one.
+def read_mesh(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Read a mesh: its places (n, 3), and its faces, which are indices of places. Equal places become one.
 
     Raises
     ------
@@ -51,14 +44,14 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangles:
     return welded(places, faces)
 
 
-def welded(places: np.ndarray, faces: np.ndarray) -> Triangles:
+def welded(places: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same triangles; vertices at the same place become one."""
     number = np.zeros(len(places), np.int64)
     for column in places.T:  # sorting numbers is many times faster than sorting rows
         number = np.unique(number * len(places) + np.unique(column, return_inverse=True)[1], return_inverse=True)[1]
     shared = np.empty((number.max(initial=-1) + 1, 3))
     shared[number] = places
-    return Triangles(shared, number[faces])
+    return shared, number[faces]
 
 
 def _ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +126,7 @@ def _stl(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """STL (3D Systems 1989), binary or ASCII."""
     data = path.read_bytes()
     if len(data) >= 84 and len(data) == 84 + 50 * struct.unpack_from("<I", data, 80)[0]:
-        places = np.frombuffer(data, _STL, offset=84)["corners"].reshape(-1, 3).astype(np.float64)
+        places = np.frombuffer(data, STL, offset=84)["corners"].reshape(-1, 3).astype(np.float64)
     else:
         rows = [line.split()[1:4] for line in data.decode("ascii").splitlines() if line.strip().startswith("vertex")]
         places = np.array(rows, np.float64).reshape(-1, 3)

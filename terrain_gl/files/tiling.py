@@ -150,7 +150,7 @@ class Tiling:
         posts_m, surface_m, _ = tile_error(self.heightmap, self.system, world[faces], tolerance_m)
         # whoever measures again divides triangles in another way: both are exact to `sag_m`
         error_m = max(posts_m + sag, of_rim_m)
-        declared_m = max(error_m + sag_m(self.system, 0.0), error_m + sag_m(self.system, error_m / (1 - 2e-3)))
+        declared_m = error_m + sag_m(self.system, error_m / (1 - 2e-3))
         extras = {"error_posts_m": posts_m, "error_surface_m": surface_m, "skirt_m": skirt_m, "triangles": len(faces)}
         box = [places.min(0).tolist(), places.max(0).tolist()]
         record = {"declared_m": declared_m, "axes": axes.tolist(), "box": box, "extras": extras}
