@@ -261,7 +261,8 @@ def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Fi
     at = np.unravel_index(int(np.nanargmax(got + ceiling)), got.shape)
     where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
     text = "too large" + (f" at {where}" if where else "")
-    return Finding(what, WRONG, f"{text}: yours {_short(got[at])}, at most {_short(-ceiling[at])}", got, -ceiling)
+    yours, most = _texts(got[at], -ceiling[at])
+    return Finding(what, WRONG, f"{text}: yours {yours}, at most {most}", got, -ceiling)
 
 
 def areas(triangles: np.ndarray) -> np.ndarray:

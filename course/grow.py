@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -39,54 +40,133 @@ class GrowError(Exception):
 def grown(last: int, fill: bool) -> str:
     """The text of my_terrain.py up to a lesson: what main() uses, with the last definition of each name.
 
-    `fill` takes the course's functions where the student has none. No other picture uses lesson 14.
+    `fill` takes the course's functions where the student has none. A part of an earlier lesson that lacks a function
+    is left out if a still earlier one, or the frame, has the same part. No other picture uses lesson 14.
     """
-    frame, end = _part("frame"), _part("end").replace("LESSON", f"{last:02d}")
-    head, pieces = frame[: frame.index("\n\n\n")], _pieces(frame, "frame")  # imports and constants come first
-    before = [number for number in ORDER[: ORDER.index(last)] if number != 14]
-    stages = {number: _part(f"stage_{number:02d}") for number in (*before, last)}
-    lacking: dict[str, int] = {}
-    for number, stage in stages.items():
-        found = _lesson(number)
-        title = f"Lesson {number}: {found.title}"
-        own, blank = _functions(found, "\n".join(stages.values()), fill)
-        new = {**_pieces("\n".join(own), title), **_pieces(stage, title)}
-        pieces = {**pieces, **new}
-        lacking = {name: n for name, n in lacking.items() if name not in new} | dict.fromkeys(blank, number)
-    main = _pieces(end, "end")
-    subjects = {f"{kind}_{last:02d}" for kind in ("paint", "show", "report", "film")}
-    used, todo = set(), _names(main["main"].part) | subjects
-    while todo:
-        name = todo.pop()
-        if name in pieces and name not in used:
-            used.add(name)
-            todo |= _names(pieces[name].part)
-    if lacks := sorted((number, name) for name, number in lacking.items() if name in used):
-        told = "; ".join(f"lesson {n}: {', '.join(name for k, name in lacks if k == n)}" for n in dict(lacks))
-        can = "your copy has no solution: ask your lecturer" if fill else "--fill takes the course's, if you have it"
-        raise GrowError(f"not written yet: {told}; {can}")
-    text, title = [head], "frame"
-    for name, piece in pieces.items():
-        if name not in used or piece.text in head:
-            continue
+    return _text(last, _grow(last, fill, _student)[0])
+
+
+def needs(last: int) -> tuple[list[int], list[int]]:
+    """The lessons that the picture of a lesson needs, and those that it uses if they are written."""
+    needed: list[int] = []
+    try:
+        _grow(last, False, lambda found: found.original)
+    except _MissingError as error:
+        needed = sorted(error.absent)
+    used = {piece.lesson for piece in _grow(last, False, _solved)[0] if piece.is_task}
+    return needed, sorted(used - set(needed))
+
+
+def _text(last: int, pieces: list[Piece]) -> str:
+    """The text of my_terrain.py."""
+    text, title = [_head(_part("frame"))], "frame"
+    for piece in pieces:
         if piece.title != title:
             title = piece.title
             text.append(f"# --- {title} {'-' * (100 - len(title))}")
         text.append(piece.text)
-    return "\n\n\n".join([*text, end]) + "\n"
+    return "\n\n\n".join([*text, _end(last)]) + "\n"
+
+
+def _head(frame: str) -> str:
+    """The frame's imports and constants, which come first."""
+    return frame[: frame.index("\n\n\n")]
+
+
+def _end(last: int) -> str:
+    return _part("end").replace("LESSON", f"{last:02d}")
+
+
+def _grow(last: int, fill: bool, source: Callable[[Lesson], str]) -> tuple[list[Piece], str]:
+    """What main() uses, in order; and what is left out, as a line."""
+    frame = _part("frame")
+    parts = {name: [piece] for name, piece in _pieces(frame, 0, "frame").items()}  # definitions, the last one counts
+    before = [number for number in ORDER[: ORDER.index(last)] if number != 14]
+    stages = {number: _part(f"stage_{number:02d}") for number in (*before, last)}
+    for number, stage in stages.items():
+        found = _lesson(number)
+        title = f"Lesson {number}: {found.title}"
+        for name, piece in _functions(found, source(found), title, "\n".join(stages.values()), fill).items():
+            parts[name] = [piece]
+        for name, piece in _pieces(stage, number, title).items():
+            parts[name] = [*parts.get(name, []), piece]
+    removed = _leave_out(parts, last)
+    subjects = {f"{kind}_{last:02d}" for kind in ("paint", "show", "report", "film")}
+    used = _reached(parts, _pieces(_end(last), 0, "end")["main"].names | subjects)
+    if absent := _unwritten(parts, used):
+        raise _MissingError(absent, fill)
+    absent = _unwritten(parts, {name for each in removed if each.name in used for name in _reached(parts, each.names)})
+    left_out = f"left out, because it is not written yet: {_told(absent)}" if absent else ""
+    return [piece for name, (*_, piece) in parts.items() if name in used and piece.text not in _head(frame)], left_out
+
+
+def _leave_out(parts: dict[str, list[Piece]], last: int) -> list[Piece]:
+    """Remove definitions that lack a function, where there is an earlier one; the lesson's own stay."""
+    lacking, removed, more = {name for name, defined in parts.items() if defined[-1].is_blank}, [], True
+    while more:
+        more = False
+        for name, defined in parts.items():
+            if name in lacking or not defined[-1].names & lacking:
+                continue
+            more = True
+            if len(defined) > 1 and defined[-1].lesson != last:
+                removed.append(defined.pop())
+            else:
+                lacking.add(name)
+    return removed
+
+
+def _reached(parts: dict[str, list[Piece]], names: set[str]) -> set[str]:
+    """Names, and all that their definitions use."""
+    used: set[str] = set()
+    todo = set(names)
+    while todo:
+        name = todo.pop()
+        if name in parts and name not in used:
+            used.add(name)
+            todo |= parts[name][-1].names
+    return used
+
+
+def _unwritten(parts: dict[str, list[Piece]], names: set[str]) -> dict[int, list[str]]:
+    """Functions that are not written yet, by lesson."""
+    found: dict[int, list[str]] = {}
+    for number, name in sorted((parts[name][-1].lesson, name) for name in names if parts[name][-1].is_blank):
+        found.setdefault(number, []).append(name)
+    return found
+
+
+def _told(absent: dict[int, list[str]]) -> str:
+    return "; ".join(f"lesson {number}: {', '.join(names)}" for number, names in absent.items())
+
+
+class _MissingError(GrowError):
+    """Functions that the picture needs are not written yet."""
+
+    def __init__(self, absent: dict[int, list[str]], fill: bool) -> None:
+        self.absent = absent
+        can = "your copy has no solution: ask your lecturer" if fill else "--fill takes the course's, if you have it"
+        super().__init__(f"not written yet: {_told(absent)}; {can}")
 
 
 class Piece(NamedTuple):
     """A function or a constant."""
 
+    name: str
+    lesson: int  # 0: the frame
     title: str
-    part: ast.stmt
     text: str
+    names: set[str]  # that it uses
+    is_task: bool = False  # the student writes it
+    is_blank: bool = False  # and has not yet
 
 
-def _pieces(text: str, title: str) -> dict[str, Piece]:
+def _pieces(text: str, number: int, title: str) -> dict[str, Piece]:
     """Functions and constants of a text by name."""
-    return {name: Piece(title, part, ast.get_source_segment(text, part) or "") for name, part in _top(text).items()}
+    return {
+        name: Piece(name, number, title, ast.get_source_segment(text, part) or "", _names(part))
+        for name, part in _top(text).items()
+    }
 
 
 def picture(last: int, fill: bool, out: Path, file: Path, beside: bool = True) -> str:
@@ -95,7 +175,8 @@ def picture(last: int, fill: bool, out: Path, file: Path, beside: bool = True) -
         from matplotlib import pyplot as plt
     except ImportError:
         raise GrowError("a picture needs matplotlib: pip install -e '.[compare]'") from None
-    file.write_text(grown(last, fill), encoding="utf-8")
+    pieces, left_out = _grow(last, fill, _student)
+    file.write_text(_text(last, pieces), encoding="utf-8")
     done = subprocess.run([sys.executable, str(file), str(MAP), str(out)], capture_output=True, text=True)
     if done.returncode:
         raise GrowError(f"{file}: {(done.stderr.strip() or 'it has failed').splitlines()[-1]}")
@@ -103,7 +184,7 @@ def picture(last: int, fill: bool, out: Path, file: Path, beside: bool = True) -
     if beside and expected.is_file():
         own, right = (plt.imread(path)[..., :3] for path in (out, expected))
         plt.imsave(out, np.concatenate([own, np.ones((len(own), 8, 3)), right], 1))
-    return done.stdout.strip()
+    return "\n".join(filter(None, [done.stdout.strip(), left_out]))
 
 
 def draw_right(last: int) -> str:
@@ -121,28 +202,28 @@ def _part(name: str) -> str:
     return (PARTS / f"{name}.py").read_text(encoding="utf-8").strip()
 
 
-def _functions(found: Lesson, stages: str, fill: bool) -> tuple[list[str], set[str]]:
-    """The student's functions that stages use, and the functions that these use; and the names of those not written.
-
-    Docstrings keep their first line.
-    """
-    source = _student(found)
-    own, blank = _top(source), _top(found.original)
-    given = _solved(found) if fill else ""
-    solved, blanks = _top(given), set[str]()
+def _functions(found: Lesson, source: str, title: str, stages: str, fill: bool) -> dict[str, Piece]:
+    """The student's functions that stages use, and those that they use; docstrings keep their first line."""
+    own, original = _top(source), _top(found.original)
+    tasks = {name for name, part in original.items() if _is_blank(part)}
+    blanks = {name for name in tasks & set(own) if ast.dump(own[name]) == ast.dump(original[name])}
     texts = {name: _short(source, part) for name, part in own.items()}
+    if fill and blanks:
+        given = _solved(found)
+        for name, part in _top(given).items():
+            if name in blanks or name not in own:
+                own[name], texts[name] = part, _short(given, part)
+                blanks.discard(name)
     needed, todo = set(), {name for piece in _top(stages).values() for name in _names(piece)} & set(own)
     while todo:
         name = todo.pop()
-        if _is_blank(own[name]) and ast.dump(own[name]) == ast.dump(blank.get(name, ast.Pass())):
-            if name in solved:
-                own[name] = solved[name]
-                texts[name] = _short(given, own[name])
-            else:
-                blanks.add(name)
         needed.add(name)
         todo |= (_names(own[name]) & set(own)) - needed
-    return [text for name, text in texts.items() if name in needed], blanks
+    return {
+        name: Piece(name, found.number, title, texts[name], _names(part) - {name}, name in tasks, name in blanks)
+        for name, part in own.items()
+        if name in needed
+    }
 
 
 def _student(found: Lesson) -> str:

@@ -368,6 +368,68 @@ def test_lesson_14_heights_within_an_error_are_an_interval():
             assert (np.diff(px, axis=0) >= 0).all()
 
 
+def random_flights(count):
+    """Heights, eyes, bounds in pixels, pixels of a metre: eyes jump about, and drop below the highest post or rise."""
+    mine, rng = checking.load(LESSONS[14] / "figure.py").mine, np.random.default_rng(14)
+    check = checking.load(LESSONS[14] / "check.py")
+    for _ in range(count):
+        heights, frames = check.spike(check.land(rng, 33, 33), rng), int(rng.integers(6, 20))
+        up = heights.max() + np.where(rng.random(frames) < 0.5, rng.uniform(-300, 0, frames), 2500)
+        eyes = np.column_stack([rng.uniform(-200, 1200, (frames, 2)), up])
+        y, x = np.indices(heights.shape) * 30.0
+        scale = np.array([400 / np.sqrt((x - e) ** 2 + (y - s) ** 2 + (z - heights) ** 2) for e, s, z in eyes])
+        yield mine, rng, heights, eyes, mine.pixels(heights, mine.bounds(heights), 30.0, eyes, 400.0), scale
+
+
+def test_lesson_14_pixels_hold_wherever_the_eye_is():
+    """The vertical distance to the map's highest post alone, also for an eye below it, is no bound."""
+    worst = np.zeros(2)
+    for mine, rng, heights, eyes, px, scale in random_flights(8):
+        error_px = float(rng.uniform(1, 6))
+        for middle, _, other in mine.middles(33):  # nested: no post has less than the posts inside
+            for sign in (-1, 1):
+                y = middle[0] + sign * (other[1] - middle[1])
+                x = middle[1] - sign * (other[0] - middle[0])
+                there = (y >= 0) & (y < 33) & (x >= 0) & (x < 33)
+                there[there] = ~(np.isin(y[there], (0, 32)) & np.isin(x[there], (0, 32)))
+                assert (px[:, y[there], x[there]] >= px[:, middle[0][there], middle[1][there]]).all()
+        above = eyes.copy()
+        above[:, 2] = heights.max() + np.abs(eyes[:, 2] - heights.max())
+        to_the_top = mine.pixels(heights, mine.bounds(heights), 30.0, above, 400.0)
+        for k, bounds_px in enumerate((px, to_the_top)):
+            drawn = np.array([mine.surface(heights, each > error_px) for each in bounds_px])
+            worst[k] = max(worst[k], (np.abs(drawn - heights) * scale).max() / error_px)
+    assert worst[0] <= 1 and worst[1] > 2
+
+
+def test_lesson_14_jumps_of_meshes_that_were_chosen_for_one_frame():
+    most = 0.0
+    for mine, rng, heights, _, px, scale in random_flights(20):
+        error_px = float(rng.uniform(1, 6))
+        anew = np.array([mine.surface(heights, each > error_px) for each in px])
+        jumps = (np.abs(np.diff(anew, axis=0)) * scale[1:] / error_px).max((1, 2))
+        assert (jumps <= 1 + (scale[1:] / scale[:-1]).max((1, 2))).all()
+        most = max(most, jumps.max())
+    assert most > 2
+
+
+def test_lesson_14_a_blend_keeps_its_error_and_its_jumps_on_any_flight():
+    """A key that does not hold in the next key's frame still keeps the error, and no longer the jumps."""
+    most = np.zeros(2)
+    for mine, rng, heights, _, px, scale in random_flights(20):
+        error_px, period = float(rng.uniform(1, 6)), int(rng.integers(1, 8))
+        keys = range(-(-(len(px) - 1) // period) + 1)
+        drawn_frames = [px[max((i - 1) * period + 1, 0) : (i + 1) * period] > error_px for i in keys]
+        surfaces = [mine.surface(heights, each.any(0)) for each in drawn_frames]
+        at = np.arange(len(px)) / period
+        weights = np.maximum(0, 1 - np.abs(at[:, None] - np.array(keys)))
+        for k, drawn in enumerate((mine.fly(heights, px, error_px, period), np.tensordot(weights, surfaces, 1))):
+            assert (np.abs(drawn - heights) * scale).max() <= error_px
+            jumps = np.abs(np.diff(drawn, axis=0)) * scale[1:]
+            most[k] = max(most[k], jumps.max() / (2 * error_px / period))
+    assert most[0] <= 1 and most[1] > 3
+
+
 def test_lesson_14_numbers_of_the_flight():
     figure = checking.load(LESSONS[14] / "figure.py")
     heights, px, scale = figure.flight()
@@ -380,6 +442,9 @@ def test_lesson_14_numbers_of_the_flight():
     assert f"{less.mean():.0f} posts a frame jump" in page(14) and f"in place of {jump.mean():.0f}, but" in page(14)
     more = f"{100 * (many.mean() / few.mean() - 1):.0f} per cent more"
     assert f"{many.mean():.0f} posts in place of {few.mean():.0f}, {more}" in page(14)
+    kept = found["with hysteresis"][1]
+    assert f"in the figure, {100 * (kept.mean() / few.mean() - 1):.0f} per cent more" in page(14)
+    assert (kept / few).argmax() > 0.9 * len(few) and (one <= figure.bound_px(scale)).all()
 
 
 FACTS = (folders.HERE / "FACTS.md").read_text(encoding="utf-8")

@@ -15,7 +15,7 @@ def flown(heights):
     eyes = eyes_of(heights) * np.array([1, -1, 1]) + np.array([0, (len(heights) - 1) * SPACING[1], 0])
     px = pixels(heights, bounds(heights), SPACING[0], eyes, camera()[1])
     y, x = np.indices(heights.shape) * SPACING[0]
-    away = [np.hypot(np.hypot(x - east, y - south), up - heights.max()) for east, south, up in eyes]
+    away = [np.hypot(np.hypot(x - east, y - south), up - heights) for east, south, up in eyes]
     return px, camera()[1] / np.array(away)
 
 
@@ -28,13 +28,15 @@ def mesh(heights):
     return posts, which.reshape(-1, 3)
 
 
-def paint_14(heights, posts):
-    """Colours (n, 3): white where a post rests between the keys, to red, where it moves by the error or more."""
+def show_14(heights, posts, triangles):
+    """Wires; white where a post rests between the keys, to red, where it moves by a quarter of the error or more."""
     px, scale = flown(heights)
     one, other = (surface(heights, key) for key in held(px, FLIGHT_PX, KEY_EACH)[:2])
     moved = (np.abs(other - one) * scale[KEY_EACH])[posts[:, 1], posts[:, 0]]
     red = np.clip(moved / FLIGHT_PX * 4, 0, 1)[:, None]
-    return np.array([1, 1, 1]) * (1 - red) + np.array([0.8, 0.1, 0.05]) * red
+    colours = np.array([1, 1, 1]) * (1 - red) + np.array([0.8, 0.1, 0.05]) * red
+    lit = np.clip(colours * light(heights, posts)[:, None], 0, 1)
+    return wired(heights, posts, triangles, draw(heights, posts, triangles, lit))
 
 
 def report_14(heights):

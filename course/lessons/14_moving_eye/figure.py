@@ -22,7 +22,7 @@ def flight():
     eyes = np.hstack([t * [3840.0, 3000.0], np.full((FRAMES, 1), heights.max() + 150.0)])
     px = mine.pixels(heights, mine.bounds(heights), SPACING_M, eyes, FOCAL_PX)
     y, x = np.indices(heights.shape) * SPACING_M
-    scale = np.array([FOCAL_PX / np.hypot(np.hypot(x - e, y - s), up - heights.max()) for e, s, up in eyes])
+    scale = np.array([FOCAL_PX / np.hypot(np.hypot(x - e, y - s), up - heights) for e, s, up in eyes])
     return heights, px, scale
 
 
@@ -49,6 +49,11 @@ def jumps(drawn, scale):
     return moved.max((1, 2)), (moved > 0.1).sum((1, 2))
 
 
+def bound_px(scale):
+    """E₁ + E₂ of each frame but the first: the error of the mesh before, as the later eye sees it, and of the new one."""
+    return ERROR_PX * ((scale[1:] / scale[:-1]).max((1, 2)) + 1)
+
+
 def main(path):
     """Draw the jumps, and print the numbers of the page."""
     heights, px, scale = flight()
@@ -60,8 +65,9 @@ def main(path):
         right.plot(count, label=name)
         told = f"largest jump {largest.max():.2f} px, {many.mean():.0f} posts a frame jump, {count.mean():.0f} active"
         print(f"{name}: {told}, error {off:.2f} px")
-    left.axhline(2 * ERROR_PX, color="k", linestyle=":", label="$E_1 + E_2$")
-    left.axhline(2 * ERROR_PX / PERIOD, color="k", linestyle="--", label="$(E_1 + E_2) / 8$")
+    left.plot(np.arange(1, FRAMES), bound_px(scale), "k:", label="$E_1 + E_2$")
+    left.axhline(2 * ERROR_PX / PERIOD, color="k", linestyle="--", label="$2E / 8$")
+    print(f"E1 + E2: at most {bound_px(scale).max():.2f} px")
     left.set(xlabel="frame", ylabel="pixels", title="The largest jump", yscale="log", ylim=(0.02, 4))
     right.set(xlabel="frame", title="Posts of the mesh", ylim=(0, None))
     left.legend(fontsize=8, ncols=2)

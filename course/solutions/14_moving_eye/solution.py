@@ -39,21 +39,23 @@ def bounds(heights):
 
 
 def pixels(heights, metres, spacing_m, eyes, focal_px):
-    """`metres` in pixels, for each eye (x, y, z), (frames, n, n): the error moves, and everything inside. Done for you.
+    """`metres` in pixels, focal length · metres / distance, for each eye (x, y, z): (frames, n, n). Done for you.
 
-    The nearest place of the land inside counts, so a post has no less than the posts inside. All eyes are higher than
-    all land.
+    The distance is at most that of any land inside, so a post has no less than the posts inside. It is 0 where the eye
+    may be among that land: the pixels are then infinite.
     """
     n = len(heights)
     y, x = np.indices(heights.shape) * spacing_m
     radius = np.zeros(heights.shape)
     for middle, _, other in middles(n):
-        # the posts inside lie within 1/√2 + 1/2 + 1/√8 + … < 2.5 halves of the side
-        radius[middle] = 2.5 * spacing_m * np.hypot(other[0] - middle[0], other[1] - middle[1])
+        # With half a side L: the posts inside are L/√2 away at most, those inside these L/2 more, ...: 2.42 L in all.
+        radius[middle] = 2.42 * spacing_m * np.hypot(other[0] - middle[0], other[1] - middle[1])
     found = []
     for east, south, up in eyes:
         level = np.maximum(np.hypot(x - east, y - south) - radius, 0)
-        found.append(focal_px * metres / np.hypot(level, up - heights.max()))
+        away = np.hypot(level, max(up - heights.max(), heights.min() - up, 0))
+        among = np.where(metres > 0, np.inf, 0)
+        found.append(np.divide(focal_px * metres, away, out=among, where=away > 0))
     return np.array(found)
 
 
@@ -74,7 +76,7 @@ def jump_px(before, after, scale):
     """14.2 The largest jump of the land from one frame to the next.
 
     before, after  drawn heights (n, n)
-    scale          pixels of a metre at each post, (n, n), in the later picture
+    scale          pixels of a metre at each post, (n, n), as the later eye sees it
     returns        pixels
     """
     # solution
@@ -89,7 +91,8 @@ def still(active, px, error_px, share):
 
     active    bool (n, n), the posts of the frame before
     px        bounds in pixels (n, n) in this frame
-    share     0 to 1; between the two limits nothing changes
+    share     0 to 1. A post whose px is exactly error_px does not join; one at exactly share · error_px leaves
+    returns   bool (n, n)
     """
     # solution
     return (px > error_px) | (active & (px > share * error_px))
@@ -97,10 +100,11 @@ def still(active, px, error_px, share):
 
 
 def held(px, error_px, period):
-    """14.4 The active posts of each key. A key holds in all frames in which it is drawn.
+    """14.4 The active posts of each key: those whose px is above the error in a frame in which the key must hold.
 
     Key i stands at frame i · period. It is drawn, alone or blended, after frame (i - 1) · period and before frame
-    (i + 1) · period. The last key stands at the last frame or behind it.
+    (i + 1) · period. It also holds in frame (i + 1) · period, where the last step away from it is seen. The last key
+    stands at the last frame or behind it.
 
     px        bounds in pixels (frames, n, n)
     returns   bool (keys, n, n)
@@ -108,14 +112,15 @@ def held(px, error_px, period):
     # solution
     frames = len(px)
     keys = range(-(-(frames - 1) // period) + 1)
-    return np.array([px[max((i - 1) * period + 1, 0) : (i + 1) * period].max(0) > error_px for i in keys])
+    return np.array([px[max((i - 1) * period + 1, 0) : (i + 1) * period + 1].max(0) > error_px for i in keys])
     # end
 
 
 def fly(heights, px, error_px, period):
-    """14.5 The drawn surface of every frame: from key to key, each post moves evenly.
+    """14.5 The drawn surface of every frame: from key to key, each post moves evenly. Use `held` and `surface`.
 
-    returns   (frames, n, n) metres
+    px, error_px, period   as in `held`
+    returns                (frames, n, n) metres
     """
     # solution
     keys = [surface(heights, active) for active in held(px, error_px, period)]
