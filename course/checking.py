@@ -261,7 +261,7 @@ def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Fi
     at = np.unravel_index(int(np.nanargmax(got + ceiling)), got.shape)
     where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
     text = "too large" + (f" at {where}" if where else "")
-    yours, most = _texts(got[at], -ceiling[at])
+    yours, most = _unlike(got[at], -ceiling[at])
     return Finding(what, WRONG, f"{text}: yours {yours}, at most {most}", got, -ceiling)
 
 

@@ -9,6 +9,7 @@ from terrain_gl import reference
 from terrain_gl.reference import rings
 
 TITLE = "The clipmap that the tables steer"
+SIDES = "WEST", "NORTH", "EAST", "SOUTH"
 LIMITS = 400 * 2.0 ** (-(np.arange(64) + 1) / 8)
 
 
@@ -22,11 +23,17 @@ def origin_of(eye, blocks, level):
 def origin(student, rng):
     """Tested for many eyes and levels."""
     asked = [(tuple(rng.uniform(-50, 900, 2)), int(rng.integers(1, 5)), int(rng.integers(0, 6))) for _ in range(200)]
-    for level in range(6):  # eyes just before and behind a place where the ring moves on
-        asked += [((float((26 << level) + side), float((62 << level) - side)), 2, level) for side in (-1e-3, 1e-3)]
+    for level in range(6):  # eyes just before, at and behind a place where the ring moves on
+        asked += [((float((26 << level) + side), float((62 << level) - side)), 2, level) for side in (-1e-3, 0, 1e-3)]
     want = [origin_of(*each) for each in asked]
     got = [student.ring_origin(*each) for each in asked]
-    yield compare("212 rings", got, want, axes=("ring", "axis"))
+    first = next((asked[i] for i in range(len(asked)) if list(got[i]) != list(want[i])), None)
+    told = (
+        ""
+        if first is None
+        else ", the first wrong one at eye ({:.7g}, {:.7g}), {} blocks, level {}".format(*first[0], *first[1:])
+    )
+    yield compare(f"218 rings{told}", got, want, axes=("ring", "axis"))
     yield holds("whole numbers", np.asarray(got).dtype.kind in "iu", "expected whole numbers, got others")
 
 
@@ -121,6 +128,17 @@ def level_of_tables(tables, tile):
     return rings.ClassTables([table[1:, 1:] for table in tables], tile, 400.0, LIMITS)
 
 
+def _kind(error_m, low, end, last):
+    """What is special about a box, for the message."""
+    kinds = {
+        "no error is above it": error_m >= 400,
+        "exactly a limit": error_m in LIMITS,
+        "below all limits": error_m < LIMITS[-1],
+        "the box sticks out of the map": min(low) < 0 or any(at > n for at, n in zip(end, last, strict=True)),
+    }
+    return "".join(f" ({name})" for name, holds_here in kinds.items() if holds_here)
+
+
 @task("13.4 any box", points=3)
 def within(student, rng):
     """Tested on boxes that do not begin at tiles, at the map's rim, and with entries of tables above 255."""
@@ -143,7 +161,8 @@ def within(student, rng):
         got.append(bool(student.is_within(tables, LIMITS, 400.0, low, end, tile, error_m)))
         over.append(got[-1] and true > error_m)
         if got[-1] != want[-1] and not wrong:
-            wrong = f"box {i}: expected {want[-1]} for low {low}, end {end}, tile {tile}, error_m {error_m:.6g}"
+            told = f"box {i}, low {low}, end {end}, tile {tile}, span_m 400, {cols} × {rows} tiles"
+            wrong = f"{told}, error_m {error_m!r}{_kind(error_m, low, end, last)}: yours {got[-1]}, expected {want[-1]}"
     yield holds("the first wrong box", not wrong, wrong)
     yield holds("no box is over tolerance", not any(over), f"{sum(over)} of 400 boxes have a tile above the error")
     yield compare("400 boxes", np.array(got, int), np.array(want, int), axes=("box",))
@@ -186,7 +205,12 @@ def block(student, rng):
         if i == 0:  # a block whose cut would be another one if triangles cost three halves as much
             unit_log2, steps = 4, steps_of(np.random.default_rng(91), 4)
         want = true_block(steps, unit_log2)
-        yield compare(f"block {i}", student.cut_block(steps, unit_log2), want, axes=("row", "column", "number"))
+        got = np.asarray(student.cut_block(steps, unit_log2))
+        if got.shape != want.shape:
+            yield compare(f"block {i}", got, want)
+            continue
+        for number, name in enumerate(("log2 of the units a side", "log2 of the spacing")):
+            yield compare(f"block {i}, {name}", got[..., number], want[..., number], axes=("row", "column"))
 
 
 def tiling(rng, size_log2=5):
@@ -224,4 +248,9 @@ def edges(student, rng):
         got = [student.edge_step(squares, *each) for each in asked]
         finer = sum(g > w for g, w in zip(got, want, strict=True))
         yield holds(f"map {i}: no crack", finer == 0, f"{finer} of {len(asked)} sides lack vertices of a neighbour")
+        wrong = [(*each, g, w) for each, g, w in zip(asked, got, want, strict=True) if g != w]
+        for k, side, g, w in wrong[:1]:
+            x, y, log2, step = squares[k].tolist()
+            told = f"{SIDES[side]} of the square at ({x}, {y}), {1 << log2} posts wide, of spacing {1 << step}"
+            yield holds(f"map {i}", False, f"{told}: yours {g}, expected {w} (log2)")
         yield compare(f"map {i}", got, want, axes=("side",))

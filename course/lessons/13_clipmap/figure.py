@@ -121,7 +121,7 @@ def main(path):
     heights = land(np.random.default_rng(8), LAST + 1, LAST + 1)
     errors = cell_errors(heights)
     methods = {"plain rings": plain(), "the tables steer": steered(errors), "balanced quadtree": quadtree(errors)}
-    figure, axes = plt.subplots(1, 3, figsize=(13, 4.9), constrained_layout=True)
+    figure, axes = plt.subplots(1, 3, figsize=(13, 4.9), constrained_layout={"h_pad": 0.12})
     for ax, (name, squares) in zip(axes, methods.items(), strict=True):
         over, ratio = worst(squares, errors)
         told = f"{triangles(squares)} triangles, {over} squares over, worst {ratio:.1f} ×"

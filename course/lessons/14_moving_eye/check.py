@@ -65,7 +65,7 @@ def _length(n, y, x):
 
 
 def flight(rng, frames, drop=0):
-    """A map, bounds in pixels, and pixels of a metre at each post. In the frame `drop` the eye drops below the spike."""
+    """A map, bounds in pixels, pixels of a metre at each post. In the frame `drop` the eye sinks below the spike."""
     plain, spacing_m = land(rng, 33, 33), float(rng.uniform(20, 40))
     heights = spike(plain, rng)
     start, end = rng.uniform(0, 0.3, 2), rng.uniform(0.6, 1, 2)

@@ -50,7 +50,7 @@ def jumps(drawn, scale):
 
 
 def bound_px(scale):
-    """E₁ + E₂ of each frame but the first: the error of the mesh before, as the later eye sees it, and of the new one."""
+    """E₁ + E₂ of each frame but the first: errors of the mesh before, as the later eye sees it, and of the new one."""
     return ERROR_PX * ((scale[1:] / scale[:-1]).max((1, 2)) + 1)
 
 

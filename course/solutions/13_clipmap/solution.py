@@ -15,6 +15,7 @@ def ring_origin(eye, blocks, level):
     """13.1 The first column and row of a ring of blocks × blocks blocks.
 
     A ring begins at each fourth place of its lattice, a multiple of 4 · 2^level, with its middle nearest to the eye.
+    Of two such places that are equally near, take the larger.
 
     eye       (x, y) in posts, any numbers
     returns   (x, y), whole numbers
@@ -138,7 +139,7 @@ def edge_step(squares, i, side):
     """13.6 The spacing of the vertices along one side of a square, log2 of posts.
 
     Where squares meet, the longer side is the edge. It gets the finest spacing among all squares along it, on both
-    sides of it. At the rim there is only the square itself.
+    sides of it. A square that touches it at a corner alone is not along it. At the rim there is only the square itself.
 
     squares   (n, 4) whole numbers x, y, side, spacing: the first post, and log2 of the side and of the spacing in
               posts; together they cover the map once
