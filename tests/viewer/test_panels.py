@@ -212,7 +212,9 @@ def test_the_largest_error_is_shown_before_all_places_are_measured(app):
     set_budget(app.viewer, slow())  # one step in a frame
     app.viewer.settings.loosen(1 / 16)
     later(app)
-    while painter.drawn is None or not painter.frame.measured_px:
+    for _ in range(10_000):
+        if painter.drawn and painter.frame.measured_px:
+            break
         later(app)
     sooner = painter.frame.achieved_px
     assert not painter.is_measured and painter.waits_for_rest
