@@ -296,8 +296,9 @@ def test_a_store_has_the_texture_of_its_raster(run, folder):
 def test_workers_write_the_same_bytes_though_all_are_killed(run, folder, monkeypatch):
     monkeypatch.setattr(tiling, "SIDE", 256)  # as in workers
     dem = write_map("many", rough(600, 520, 2, 300), UTM)
-    assert run("tiles", dem, "-o", "t", "--texture", 200)[0] == 0 and len(files_of("t")) == 9 + 4 + 1 + 1
-    process = writing(dem, "--texture", "200")
+    how = "--texture", "200", "--max-error-m", "1.5"
+    assert run("tiles", dem, "-o", "t", *how)[0] == 0 and len(files_of("t")) == 9 + 4 + 1 + 1
+    process = writing(dem, *how)
     while process.poll() is None and len(list(Path().glob(".u.partial/*.glb"))) < 3:
         time.sleep(0.01)
     os.killpg(process.pid, signal.SIGKILL)
@@ -305,7 +306,7 @@ def test_workers_write_the_same_bytes_though_all_are_killed(run, folder, monkeyp
     assert not Path("u").exists()
     written = {path: path.stat().st_mtime_ns for path in Path(".u.partial").glob("*.glb")}
     assert 3 <= len(written) < 14
-    process = writing(dem, "--texture", "200")
+    process = writing(dem, *how)
     assert process.communicate()[1] == "" and process.returncode == 0
     assert files_of("u") == files_of("t")
     same = [path for path, ns in written.items() if (Path("u") / path.name).stat().st_mtime_ns == ns]
