@@ -142,6 +142,7 @@ def test_damaged_files_get_one_line(dem, run, folder, ending):
         Path(f"cut{ending}").write_bytes(data[:size])
         if ending != ".obj" or size < 70:
             refused(run("check", f"cut{ending}", "--map", dem), 1, f"cut{ending}")
+    Path("m.abc").write_bytes(data)
     refused(run("check", "m.abc", "--map", dem), 2, "must end in")
     refused(run("check", f"none{ending}", "--map", dem), 1, f"none{ending}")
 

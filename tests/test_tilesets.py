@@ -112,6 +112,8 @@ def test_long_triangles_sag_below_the_curved_ground(run, folder, monkeypatch):
 
 
 def test_tile_sets_that_cannot_be_read_get_one_line(dem, run, folder):
+    refused(run("check", "none", "--map", dem), 1, "none: there is no such file or folder")
+    (folder / "none").write_text("")
     refused(run("check", "none", "--map", dem), 2, "must end in")
     (folder / "tiles").mkdir()
     np.save("here.npy", np.zeros((N, N)))  # a map without a place: the file that is missing is named all the same

@@ -25,10 +25,12 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     TerrainError, UsageError
-        The file cannot be read, or its ending is of no format that is read.
+        The file is missing or cannot be read, or its ending is of no format that is read.
     """
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
+    if reader is None and not path.exists():
+        raise TerrainError(f"{path}: there is no such file or folder")
     if reader is None:
         raise UsageError(f"{path}: a mesh to read must end in one of {', '.join(READERS)}")
     try:
