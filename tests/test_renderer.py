@@ -328,7 +328,7 @@ def test_a_picture_for_which_memory_is_short_leaves_the_one_before(heightmap, mo
         before = r.render(tg.Camera.default(heightmap)).image
         with monkeypatch.context() as short:
             short.setattr(
-                "terrain_gl.shade.picture.depth_texture", lambda *_: (_ for _ in ()).throw(moderngl.Error("none"))
+                "terrain_gl.shade.targets.depth_texture", lambda *_: (_ for _ in ()).throw(moderngl.Error("none"))
             )
             with pytest.raises(tg.TerrainError, match="a picture of 80x40 needs"):
                 r.resize((80, 40))

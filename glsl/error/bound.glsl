@@ -6,7 +6,7 @@
 //   to 255 tiles. A larger rectangle is looked up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. The error of a part is |t|/(4 n²),
 //   where t is the twist of the cell. So the table of level 0 is used with n² times the tolerance.
-// Provides is_within_m(), and range[].   Python twins: reference.bound_max_m, reference.class_tables
+// Provides is_within_m(), largest_of_level_m(), range[].   Python twins: reference.bound_max_m, reference.class_tables
 
 #include "blocks/terrain.glsl"
 #include "sat/box.glsl"
@@ -31,8 +31,7 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
 #define NO_CLASS -1   // even the last limit is above the error
 #define ALL_WITHIN -2  // no error of the map is larger
 
-// The class with the largest limit that is not above an error, or one of these two. log2 may round up; step to the next
-// class then.
+// The class of the largest limit that is not above an error, or one of these two. log2 may round up: step on then.
 int class_within(float error_m) {
     if (error_m >= most_m()) return ALL_WITHIN;
     int c = max(0, int(ceil(class_of_octave(log2(u_span_m / error_m)))));
@@ -40,8 +39,7 @@ int class_within(float error_m) {
     return c < CLASSES ? c : NO_CLASS;
 }
 
-// A large rectangle is looked up in parts, row by row. The loops here are not nested: software renderers run one loop
-// much faster.
+// Large rectangles are looked up in parts, row by row, in one loop: software renderers run two nested ones slowly.
 ivec2 next_part(ivec2 at, ivec4 tiles) { return at.x + 15 < tiles.z ? at + ivec2(15, 0) : ivec2(tiles.x, at.y + 15); }
 
 bool none_above(Table counts, ivec4 tiles, int c) {
@@ -52,15 +50,39 @@ bool none_above(Table counts, ivec4 tiles, int c) {
     return true;
 }
 
-#ifndef PAGED
-// Whether the error of every cell of spacing 2^step_log2 in a rectangle of posts is at most error_m.
-bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
-    int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
-    if (c < 0) return c == ALL_WITHIN;
+bool none_above_over(ivec2 low, ivec2 end, int level, int c);  // below; of a store, in pages/bound.glsl
+
+// The smallest bound of a level over a rectangle of posts: the limit of a class, or the largest error of all.
+float largest_of_level_m(ivec2 low, ivec2 end, int level) {
+    int sure = -1, beyond = CLASSES;  // nothing is above class `sure`; something is above class `beyond`
+    while (beyond - sure > 1) {
+        int c = (sure + beyond) / 2;
+        if (none_above_over(low, end, level, c)) sure = c;
+        else beyond = c;
+    }
+    // exp2() may round differently here and in error/count.comp, which counted
+    return sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
+}
+
+#ifdef PAGED
+#include "pages/bound.glsl"
+#else
+// Whether no error of a level over a rectangle of posts is above a class.
+bool none_above_over(ivec2 low, ivec2 end, int level, int c) {
     Table counts;
-    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
+    ivec4 tiles = tiles_over(low, end, level, counts);
     return none_above(counts, tiles, c);
 }
-#else
-#include "pages/bound.glsl"
 #endif
+
+// Whether the error of every cell of spacing 2^step_log2 in a rectangle of posts is at most error_m.
+bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
+    int level = max(step_log2, 0);
+#ifdef PAGED
+    bool is_mixed;
+    int loaded = resident_level(low, end, level, is_mixed);
+    if (loaded > level) return largest_of_coarse_m(low, end, level, loaded, is_mixed) <= error_m;
+#endif
+    int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
+    return c < 0 ? c == ALL_WITHIN : none_above_over(low, end, level, c);
+}

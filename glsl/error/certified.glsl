@@ -6,31 +6,17 @@
 #include "error/bound.glsl"
 #include "sat/bits.glsl"
 
-// The smallest bound of all cells of spacing 2^step_log2 in a rectangle of posts: the limit of a class, or the largest
-// error of all.
-#ifndef PAGED
+// The smallest bound of all cells of spacing 2^step_log2 in a rectangle of posts.
 float largest_m(ivec2 low, ivec2 end, int step_log2) {
-    Table counts;
-    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
-    int sure = -1, beyond = CLASSES;  // nothing is above class `sure`; something is above class `beyond`
-    while (beyond - sure > 1) {
-        int c = (sure + beyond) / 2;
-        if (none_above(counts, tiles, c)) sure = c;
-        else beyond = c;
-    }
-    // exp2() may round differently here and in error/count.comp, which counted
-    float error_m = sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
-    return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
-}
-#else
-float largest_m(ivec2 low, ivec2 end, int step_log2) {
+    int level = max(step_log2, 0);
+#ifdef PAGED
     bool is_mixed;
-    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
-    if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed);
+    int loaded = resident_level(low, end, level, is_mixed);
+    if (loaded > level) return largest_of_coarse_m(low, end, level, loaded, is_mixed);
+#endif
     float error_m = largest_of_level_m(low, end, level);
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }
-#endif
 
 layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 

@@ -9,7 +9,7 @@
 //       2 M_A + M_B ≤ 3 max M.
 //       Records say nothing of holes: a node with a hole has no such bound until all pages over the box are loaded.
 //   The proof: docs/stores.md.
-// Provides is_within_m(), largest_of_level_m(), largest_of_coarse_m(), has_holes().
+// Provides none_above_over(), largest_of_coarse_m(), has_holes().
 // Python twins: reference.bound_max_m, reference.class_tables
 
 #define PAGE_WORDS ((CLASSES / 4) * (PAGE >> COUNT_TILE_LOG2) * (PAGE >> COUNT_TILE_LOG2))
@@ -28,8 +28,9 @@ ivec4 tiles_in_page(ivec4 nodes, ivec2 page, int level) {
     return ivec4(first >> tile_log2(level), (last >> tile_log2(level)) + 1);
 }
 
-// Whether no node of the box, in the loaded pages of a level, is above a class.
-bool none_above_in_pages(int level, ivec4 nodes, int c) {
+// Whether no error of a level over a rectangle of posts is above a class, in the pages that are loaded.
+bool none_above_over(ivec2 low, ivec2 end, int level, int c) {
+    ivec4 nodes = nodes_over(low, end, level);
     for (int y = nodes.y >> PAGE_LOG2; y <= nodes.w >> PAGE_LOG2; y++)
         for (int x = nodes.x >> PAGE_LOG2; x <= nodes.z >> PAGE_LOG2; x++) {
             int slot = slot_of(level, ivec2(x, y));
@@ -37,17 +38,6 @@ bool none_above_in_pages(int level, ivec4 nodes, int c) {
             if (!none_above(counts_of_page(slot, level), tiles_in_page(nodes, ivec2(x, y), level), c)) return false;
         }
     return true;
-}
-
-float largest_of_level_m(ivec2 low, ivec2 end, int level) {
-    ivec4 nodes = nodes_over(low, end, level);
-    int sure = -1, beyond = CLASSES;  // as in error/certified.glsl
-    while (beyond - sure > 1) {
-        int c = (sure + beyond) / 2;
-        if (none_above_in_pages(level, nodes, c)) sure = c;
-        else beyond = c;
-    }
-    return sure < 0 ? most_m() : class_limit_m(sure) * (1.0 + exp2(-18.0));
 }
 
 // Whether a node of the box has a hole. All pages of this level over the box must be loaded.
@@ -72,12 +62,4 @@ float largest_of_coarse_m(ivec2 low, ivec2 end, int from, int level, bool is_mix
     if (has_holes(low, end, level)) return most_m();
     for (int finer = from; finer < level; finer++) worst_m = max(worst_m, largest_of_level_m(low, end, finer));
     return min(3.0 * worst_m, most_m());
-}
-
-bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
-    bool is_mixed;
-    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
-    if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed) <= error_m;
-    int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
-    return c < 0 ? c == ALL_WITHIN : none_above_in_pages(level, nodes_over(low, end, level), c);
 }
