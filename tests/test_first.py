@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from maps import rough
+from maps import island, rough
 
 import terrain_gl as tg
 from terrain_gl import cli
@@ -56,6 +56,19 @@ def test_the_first_lit_picture_compiles_few_programs_each_once(compiled):
     assert len(set(compiled)) == len(compiled), "no program is compiled twice"
     assert 20 < len(compiled) <= most
     assert sum(len(text) for _, text in compiled) <= MOST_BYTES
+
+
+@pytest.mark.slow
+def test_a_map_without_water_has_no_code_for_it(compiled):
+    """Software renderers run that code for every pixel. Voids are marked, too, but need none of it."""
+    holed = rough(129, 129)
+    holed[40:60, 40:60] = np.nan
+    for heightmap, has_water in ((tg.Heightmap(holed, 30.0), False), (tg.Heightmap(island(), 30.0), True)):
+        compiled.clear()
+        with tg.Renderer(heightmap, (160, 90)) as renderer:
+            renderer.render(tg.Camera.default(heightmap), style="shaded")
+        texts = [text for path, text in compiled if "shade/shaded.frag" in path]
+        assert texts and {"#define WATER 0" not in text for text in texts} == {has_water}
 
 
 @pytest.mark.slow

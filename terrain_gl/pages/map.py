@@ -111,6 +111,7 @@ class PagedMap(Heightmap):
 
     is_store = True
     is_marked = False  # whether its pages have marks
+    has_water = False  # whether some of them mark water
     sea_m: float | None = None  # height of the sea that continues beyond the map; None if the map has no sea
     tile: int  # nodes along a side of a page, a power of two
     top: int  # the coarsest level

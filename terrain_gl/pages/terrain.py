@@ -32,6 +32,11 @@ class PagedTerrain(PagePool):
         return 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
 
     @property
+    def has_water(self) -> bool:
+        """Whether the map has lakes or a sea."""
+        return self.heightmap.has_water
+
+    @property
     def sea_m(self) -> float | None:
         """Height of the sea that continues beyond the map; None if the map has no sea."""
         return self.heightmap.sea_m

@@ -433,7 +433,7 @@ class Picture:
             uniforms |= self.lighting.uniforms
         grained = look.style == "shaded" and look.grain == "on"
         lined = look.contour_m is not None
-        wet = look.water_m is not None or self.terrain.is_marked
+        wet = look.water_m is not None or self.terrain.has_water
         return Wanted(self.lighting.defines, uniforms, wet, edge, grained, lined, clear=look.is_clear)
 
     @property

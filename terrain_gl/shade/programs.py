@@ -22,7 +22,7 @@ class Wanted(NamedTuple):
     uniforms
         By name without `u_`. A pass takes those that its shader declares.
     wet
-        Whether there may be water: a level, or marks of the map.
+        Whether there may be water: a level, or lakes and the sea of the map. Its code takes time where none is seen.
     edge
         The surroundings: `surroundings.NONE`, `PLAIN` or `WALLS`.
     exact

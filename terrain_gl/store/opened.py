@@ -23,7 +23,8 @@ class StoredMap(PagedMap):
         about = self.about = read_about(path)
         self.arrays = Arrays(path, pyramid_of(about))
         self.voids = about["voids"]
-        self.is_marked = self.voids > 0 or about["has_water"]
+        self.has_water = about["has_water"]
+        self.is_marked = self.voids > 0 or self.has_water
         self.sea_m = about["sea_m"]
         checks = Checks(self.arrays.pyramid, self.is_marked, self.arrays.read_checks())
         if checks.sha256 != about["checks_sha256"]:
