@@ -314,7 +314,7 @@ UNSEEN = {
         "shade/visibility.frag": "sun_towards u_heights u_sun_horizon",
     },
     "only the walls and the land around the map, or grounds by height, ask for it": {
-        "shade/shaded.frag": "Terrain base_m edge_m exaggeration u_height_sums u_heights u_pages",
+        "shade/shaded.frag": "Terrain base_m climate edge_m exaggeration u_height_sums u_heights u_pages",
     },
     "an option that these pictures do not use, or a limit that they do not reach": {
         "error/coarse.comp": "posts",  # which posts have changed: edits come later, tests/test_error.py compares them
