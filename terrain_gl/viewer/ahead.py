@@ -19,6 +19,8 @@ from .scene import FrameSpec
 
 Measured = list[dict[str, float]]
 After = Callable[[FrameSpec, list[DrawnFrame]], Steps[None]]
+# draws all sides of a picture on a canvas, and measures their meshes; the list has earlier ones of these sides
+Work = Callable[[FrameSpec, Canvas, list[DrawnFrame]], Steps[tuple[list[DrawnFrame], Measured]]]
 
 
 class Ahead:
@@ -59,20 +61,14 @@ class Ahead:
         self.wanted = self.done = self._refused = None
         self.meshes = []
 
-    def step(
-        self,
-        renderer: Renderer,
-        steps: Callable[[FrameSpec, Canvas, list[DrawnFrame]], Steps[list[DrawnFrame]]],
-        measure: Callable[[list[DrawnFrame]], Steps[Measured]],
-        run: Callable[[Steps[None]], bool],
-    ) -> None:
-        """Work for a while; `steps` draws all sides of a picture on a canvas, `measure` measures their meshes."""
+    def step(self, renderer: Renderer, work: Work, run: Callable[[Steps[None]], bool]) -> None:
+        """Work for a while: `run` takes some steps, and says whether all are taken."""
         assert self.wanted
         if not self._steps:
             if not self._other:
                 self._other = OtherPicture(Targets(renderer.ctx, renderer.picture.samples))
             self._other.drawn = self._other.frame = None
-            self._steps = self._work(self.wanted, steps, measure)
+            self._steps = self._all_steps(self.wanted, work)
         other = self._other
         assert other
         renderer.exchange(other)
@@ -84,15 +80,9 @@ class Ahead:
         finally:
             renderer.exchange(other)
 
-    def _work(
-        self,
-        spec: FrameSpec,
-        steps: Callable[[FrameSpec, Canvas, list[DrawnFrame]], Steps[list[DrawnFrame]]],
-        measure: Callable[[list[DrawnFrame]], Steps[Measured]],
-    ) -> Steps[None]:
+    def _all_steps(self, spec: FrameSpec, work: Work) -> Steps[None]:
         earlier, self.done = self.meshes, None
-        meshes = yield from steps(spec, self.canvas, earlier)
-        measured = yield from measure(meshes)
+        meshes, measured = yield from work(spec, self.canvas, earlier)
         if self.after:
             yield from self.after(spec, meshes)
         self.meshes, self.measured, self.done = meshes, measured, spec

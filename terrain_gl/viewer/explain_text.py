@@ -87,10 +87,12 @@ def side_line(
     budget = f"{options.triangles:,} triangles {options.metric}" if options.triangles else tolerance
     asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"
     bound = "preview" if is_preview else bound_words(stats, ".3g")
-    found = "" if not measured_px else f", {error_name(measured_px)} {measured_px['max']:.3g} px"
-    has_mean = measured_px and "rms" in measured_px and not is_short
-    mean = f" (RMS {measured_px['rms']:.2g} px)" if measured_px and has_mean else ""
-    return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}{mean}"
+    found = ""
+    if measured_px:
+        found = f", {error_name(measured_px)} {measured_px['max']:.3g} px"
+        if "rms" in measured_px and not is_short:
+            found += f" (RMS {measured_px['rms']:.2g} px)"
+    return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}"
 
 
 def _error_m(patch: Explanation, choice: Choice) -> float:

@@ -23,7 +23,7 @@ from ..renderer import Renderer
 from ..renderer.frame import DrawnFrame, Stats
 from ..renderer.names import Label
 from ..renderer.options import LOOSEST_PX, FrameOptions
-from .ahead import Ahead
+from .ahead import Ahead, Measured
 from .canvas import Canvas
 from .frame_budget import COARSEST, FULL, FrameBudget, Way
 from .frame_stats import FrameStats, History, drawing_ms, in_window_px, without_bounds
@@ -50,7 +50,7 @@ class Painter:
         self.history = History()
         self.frame = FrameStats("", (0, 0))  # numbers of the last picture
         self.side_stats: list[Stats] = []  # numbers of each side of the last picture
-        self.side_measured: list[dict[str, float]] = []  # achieved error by metric, as far as it is known
+        self.side_measured: Measured = []  # achieved error by metric, as far as it is known
         self.meshes: list[DrawnFrame] = []  # of each side of the last picture
         self.drawn: FrameSpec | None = None  # what the canvas shows; None if the canvas is out of date
         self.has_picture = False  # whether the canvas shows anything
@@ -263,12 +263,14 @@ class Painter:
     def _draw_ahead(self, renderer: Renderer) -> None:
         """Draw and measure the picture that is expected next, for a while."""
 
-        def steps(spec: FrameSpec, canvas: Canvas, earlier: list[DrawnFrame]) -> Steps[list[DrawnFrame]]:
+        def work(
+            spec: FrameSpec, canvas: Canvas, earlier: list[DrawnFrame]
+        ) -> Steps[tuple[list[DrawnFrame], Measured]]:
             meshes = yield from _sides_steps(renderer, spec, FULL, True, canvas, earlier)
             self._known.add(_kind(spec))
-            return meshes
+            return meshes, (yield from _measured_steps(renderer, meshes))
 
-        self.ahead.step(renderer, steps, lambda meshes: _measured_steps(renderer, meshes), self.go_on)
+        self.ahead.step(renderer, work, self.go_on)
 
     def _take_ahead(self, renderer: Renderer, spec: FrameSpec) -> None:
         """Show the picture that was drawn ahead."""
@@ -353,13 +355,13 @@ class Painter:
         self._know([{"max": px} if px is not None else {} for px in largest])
         self._note_measured((yield from _measured_steps(renderer, self.meshes)))
 
-    def _note_measured(self, measured: list[dict[str, float]]) -> None:
+    def _note_measured(self, measured: Measured) -> None:
         """Show achieved errors: all places are measured."""
         self._know(measured)
         self._unmeasured = False
         self._measuring = None
 
-    def _know(self, measured: list[dict[str, float]]) -> None:
+    def _know(self, measured: Measured) -> None:
         """Show achieved errors, one for each side."""
         self.side_measured = measured
         self.frame.measured_px = measured[0] or None
@@ -382,7 +384,7 @@ def _sides_steps(
     return drawn
 
 
-def _measured_steps(renderer: Renderer, meshes: list[DrawnFrame]) -> Steps[list[dict[str, float]]]:
+def _measured_steps(renderer: Renderer, meshes: list[DrawnFrame]) -> Steps[Measured]:
     """Measure each mesh; yields progress from 0 to 1 for each, and returns the errors by metric."""
     measured = []
     for mesh in meshes:
